@@ -1,0 +1,225 @@
+//! Hardening: the flow stress σ_y as a function of the equivalent plastic strain ε̄ᵖ, and the motion of the yield
+//! surface's centre.
+
+use crate::parameter::{ParameterError, checked, not_negative, positive};
+use estar_tensor::Real;
+
+/// Isotropic hardening: the flow stress σ_y(ε̄ᵖ) in Pa, one variant a law of the deck. Made by its constructors, which
+/// check the parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IsotropicHardening(Law);
+
+#[derive(Clone, Debug, PartialEq)]
+enum Law {
+    Linear { yield_stress: f64, modulus: f64 },
+    Saturation { yield_stress: f64, saturation_stress: f64, saturation_exponent: f64, modulus: f64 },
+    Power { yield_stress: f64, coefficient: f64, initial_strain: f64, exponent: f64 },
+    Tabulated(Vec<Segment>),
+}
+
+/// One straight piece of a tabulated law: σ = `stress` + `slope` (ε̄ᵖ − `strain`) from `strain` on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Segment {
+    strain: f64,
+    stress: f64,
+    slope: f64,
+}
+
+/// Flow stress and its slope at one equivalent plastic strain.
+#[derive(Clone, Copy, Debug)]
+pub struct FlowStress<R> {
+    /// σ_y, Pa.
+    pub stress: R,
+    /// dσ_y/dε̄ᵖ, Pa.
+    pub slope: R,
+}
+
+impl IsotropicHardening {
+    /// Perfect plasticity: σ_y = σ₀.
+    ///
+    /// # Errors
+    /// `yield_stress` not greater than 0.
+    pub fn perfect(yield_stress: f64) -> Result<Self, ParameterError> {
+        Self::linear(yield_stress, 0.0)
+    }
+
+    /// Linear hardening: σ_y = σ₀ + H ε̄ᵖ.
+    ///
+    /// # Errors
+    /// `yield_stress` not greater than 0, or a negative `modulus`.
+    pub fn linear(yield_stress: f64, modulus: f64) -> Result<Self, ParameterError> {
+        Ok(Self(Law::Linear {
+            yield_stress: positive("yield_stress", yield_stress)?,
+            modulus: not_negative("modulus", modulus)?,
+        }))
+    }
+
+    /// Voce: σ_y = σ₀ + (σ_∞ − σ₀)(1 − e^{−δ ε̄ᵖ}).
+    ///
+    /// # Errors
+    /// A stress not greater than 0 or a negative exponent.
+    pub fn voce(yield_stress: f64, saturation_stress: f64, saturation_exponent: f64) -> Result<Self, ParameterError> {
+        Self::saturation(yield_stress, saturation_stress, saturation_exponent, 0.0)
+    }
+
+    /// Simo's saturation law: σ_y = σ₀ + (σ_∞ − σ₀)(1 − e^{−δ ε̄ᵖ}) + H ε̄ᵖ.
+    ///
+    /// # Errors
+    /// A stress not greater than 0, a saturation stress below the yield stress, a negative exponent or modulus.
+    pub fn saturation(
+        yield_stress: f64,
+        saturation_stress: f64,
+        saturation_exponent: f64,
+        modulus: f64,
+    ) -> Result<Self, ParameterError> {
+        let yield_stress = positive("yield_stress", yield_stress)?;
+        Ok(Self(Law::Saturation {
+            yield_stress,
+            saturation_stress: checked(
+                "saturation_stress",
+                saturation_stress,
+                |stress| stress >= yield_stress,
+                "it must not be below yield_stress",
+            )?,
+            saturation_exponent: not_negative("saturation_exponent", saturation_exponent)?,
+            modulus: not_negative("modulus", modulus)?,
+        }))
+    }
+
+    /// Ludwik: σ_y = σ₀ + B (ε̄ᵖ)ⁿ.
+    ///
+    /// # Errors
+    /// `yield_stress` not greater than 0, a negative coefficient, or an exponent outside (0, 1].
+    pub fn ludwik(yield_stress: f64, coefficient: f64, exponent: f64) -> Result<Self, ParameterError> {
+        Ok(Self(Law::Power {
+            yield_stress: positive("yield_stress", yield_stress)?,
+            coefficient: not_negative("coefficient", coefficient)?,
+            initial_strain: 0.0,
+            exponent: power_exponent(exponent)?,
+        }))
+    }
+
+    /// Swift: σ_y = C (ε₀ + ε̄ᵖ)ⁿ.
+    ///
+    /// # Errors
+    /// `coefficient` or `initial_strain` not greater than 0, or an exponent outside (0, 1].
+    pub fn swift(coefficient: f64, initial_strain: f64, exponent: f64) -> Result<Self, ParameterError> {
+        Ok(Self(Law::Power {
+            yield_stress: 0.0,
+            coefficient: positive("coefficient", coefficient)?,
+            initial_strain: positive("initial_strain", initial_strain)?,
+            exponent: power_exponent(exponent)?,
+        }))
+    }
+
+    /// A table of `[strain, stress]` points, straight between them and constant beyond the last.
+    ///
+    /// # Errors
+    /// No point, a first strain other than 0, strains that do not increase, or a stress that is not positive or falls.
+    pub fn tabulated(points: &[[f64; 2]]) -> Result<Self, ParameterError> {
+        let Some(first) = points.first() else {
+            return Err(ParameterError { parameter: "points", value: 0.0, bound: "the table needs at least one point" });
+        };
+        checked("points", first[0], |strain| strain == 0.0, "the first strain of the table must be 0")?;
+        positive("points", first[1])?;
+        for pair in points.windows(2) {
+            checked("points", pair[1][0], |strain| strain > pair[0][0], "the strains of the table must increase")?;
+            checked("points", pair[1][1], |stress| stress >= pair[0][1], "the stresses of the table must not fall")?;
+        }
+        let slope = |index: usize| match points.get(index + 1) {
+            Some(next) => (next[1] - points[index][1]) / (next[0] - points[index][0]),
+            None => 0.0,
+        };
+        let segment = |(index, point): (usize, &[f64; 2])| Segment { strain: point[0], stress: point[1], slope: slope(index) };
+        Ok(Self(Law::Tabulated(points.iter().enumerate().map(segment).collect())))
+    }
+
+    /// Flow stress and slope at `plastic_strain` ≥ 0.
+    #[inline(always)]
+    pub fn flow_stress<R: Real>(&self, plastic_strain: R) -> FlowStress<R> {
+        match &self.0 {
+            Law::Linear { yield_stress, modulus } => {
+                // σ₀ + H ε̄ᵖ
+                let slope = R::splat(*modulus);
+                FlowStress { stress: slope.mul_add(plastic_strain, R::splat(*yield_stress)), slope }
+            }
+            Law::Saturation { yield_stress, saturation_stress, saturation_exponent, modulus } => {
+                // σ_∞ − (σ_∞ − σ₀) e^{−δ ε̄ᵖ} + H ε̄ᵖ
+                let remaining = R::splat(saturation_stress - yield_stress) * (plastic_strain * -*saturation_exponent).exp();
+                let linear = R::splat(*modulus).mul_add(plastic_strain, R::splat(*saturation_stress));
+                FlowStress { stress: linear - remaining, slope: remaining * *saturation_exponent + *modulus }
+            }
+            Law::Power { yield_stress, coefficient, initial_strain, exponent } => {
+                // σ₀ + C (ε₀ + ε̄ᵖ)ⁿ; where ε₀ = 0 the slope at the first yield is infinite, so the strain is kept above
+                // a smallest value whose power is nothing beside σ₀
+                let strain = (plastic_strain + *initial_strain).max(R::splat(SMALLEST_POWER_STRAIN));
+                let power = R::splat(*coefficient) * (strain.ln() * *exponent).exp();
+                FlowStress { stress: power + *yield_stress, slope: power * *exponent / strain }
+            }
+            Law::Tabulated(segments) => {
+                let mut result = FlowStress { stress: R::splat(segments[0].stress), slope: R::splat(segments[0].slope) };
+                result.stress = result.slope.mul_add(plastic_strain, result.stress);
+                for segment in &segments[1..] {
+                    let offset = plastic_strain - segment.strain;
+                    let beyond = offset.ge(R::splat(0.0));
+                    let stress = R::splat(segment.slope).mul_add(offset, R::splat(segment.stress));
+                    result.stress = R::select(beyond, stress, result.stress);
+                    result.slope = R::select(beyond, R::splat(segment.slope), result.slope);
+                }
+                result
+            }
+        }
+    }
+}
+
+/// The strain below which a power law without initial strain is continued by its value there.
+const SMALLEST_POWER_STRAIN: f64 = 1e-12;
+
+fn power_exponent(exponent: f64) -> Result<f64, ParameterError> {
+    checked("exponent", exponent, |n| 0.0 < n && n <= 1.0, "it must lie in (0, 1]")
+}
+
+/// Kinematic hardening: the motion of the centre α of the yield surface with plastic flow.
+///
+/// Armstrong & Frederick: α̇ = ⅔ C D_p − γ α ε̄̇ᵖ; γ = 0 is Prager's law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KinematicHardening {
+    modulus: f64,
+    recovery: f64,
+}
+
+impl KinematicHardening {
+    /// No kinematic hardening.
+    pub const NONE: Self = Self { modulus: 0.0, recovery: 0.0 };
+
+    /// Prager: α̇ = ⅔ C D_p, C in Pa.
+    ///
+    /// # Errors
+    /// A negative modulus.
+    pub fn prager(modulus: f64) -> Result<Self, ParameterError> {
+        Self::armstrong_frederick(modulus, 0.0)
+    }
+
+    /// Armstrong-Frederick: α̇ = ⅔ C D_p − γ α ε̄̇ᵖ, C in Pa, γ a pure number; α saturates at the uniaxial value C/γ.
+    ///
+    /// # Errors
+    /// A negative modulus or recovery.
+    pub fn armstrong_frederick(modulus: f64, recovery: f64) -> Result<Self, ParameterError> {
+        Ok(Self { modulus: not_negative("modulus", modulus)?, recovery: not_negative("recovery", recovery)? })
+    }
+
+    /// C, Pa.
+    pub fn modulus(&self) -> f64 {
+        self.modulus
+    }
+
+    /// γ.
+    pub fn recovery(&self) -> f64 {
+        self.recovery
+    }
+
+    /// Whether the yield surface moves at all.
+    pub fn is_active(&self) -> bool {
+        self.modulus > 0.0
+    }
+}

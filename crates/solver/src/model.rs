@@ -1,0 +1,182 @@
+//! What a simulation is made of: parts, constraints, loads and settings, in SI units and in indices of the mesh.
+
+use crate::curve::Curve;
+use estar_material::MaterialModel;
+
+/// A complete problem on a mesh. Node, hex and face indices are positions in the mesh that the simulation is made with.
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    /// Parts: together they must own every hex exactly once.
+    pub parts: Vec<Part>,
+    /// Nodes held at rest.
+    pub fixes: Vec<Fix>,
+    /// Nodes that follow a curve.
+    pub prescribed: Vec<Prescribed>,
+    /// Velocities at time 0; a later entry overrides an earlier one on shared nodes.
+    pub initial_velocities: Vec<InitialVelocity>,
+    /// External loads; each has a row of its own in the energy ledger.
+    pub loads: Vec<Load>,
+    /// Rigid walls; each acts on every node.
+    pub walls: Vec<RigidWall>,
+    /// Time integration.
+    pub settings: TimeSettings,
+}
+
+/// Elements of one material and one formulation.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Hexes of the part.
+    pub hexes: Vec<u32>,
+    /// Their material.
+    pub material: MaterialModel,
+    /// Their element.
+    pub element: ElementKind,
+}
+
+/// The element formulations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ElementKind {
+    /// Eight-node hex, full integration.
+    Hex8,
+    /// Eight-node hex, full integration with F-bar.
+    Hex8FBar,
+}
+
+/// A coordinate direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// x.
+    X,
+    /// y.
+    Y,
+    /// z.
+    Z,
+}
+
+/// Nodes whose displacement in some directions stays zero.
+#[derive(Clone, Debug)]
+pub struct Fix {
+    /// Nodes held.
+    pub nodes: Vec<u32>,
+    /// Directions held.
+    pub directions: Vec<Direction>,
+}
+
+/// Nodes whose motion in one direction is a function of time.
+#[derive(Clone, Debug)]
+pub struct Prescribed {
+    /// Nodes driven.
+    pub nodes: Vec<u32>,
+    /// Direction driven.
+    pub direction: Direction,
+    /// What the curve gives.
+    pub quantity: Quantity,
+    /// The function of time: m, m/s or m/s².
+    pub curve: Curve,
+}
+
+/// What a prescribed curve gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Displacement, m.
+    Displacement,
+    /// Velocity, m/s.
+    Velocity,
+    /// Acceleration, m/s²; the motion starts at rest.
+    Acceleration,
+}
+
+/// Velocity of nodes at time 0.
+#[derive(Clone, Debug)]
+pub struct InitialVelocity {
+    /// Nodes that move.
+    pub nodes: Vec<u32>,
+    /// Velocity of translation, m/s.
+    pub translation: [f64; 3],
+    /// Spin about a centre, added to the translation.
+    pub spin: Option<Spin>,
+}
+
+/// Rigid rotation rate about a centre: v = ω × (x − c).
+#[derive(Clone, Copy, Debug)]
+pub struct Spin {
+    /// ω, rad/s.
+    pub rate: [f64; 3],
+    /// c, m.
+    pub centre: [f64; 3],
+}
+
+/// An external load with the name of its ledger row.
+#[derive(Clone, Debug)]
+pub struct Load {
+    /// Name, for messages and the energy ledger.
+    pub name: String,
+    /// What acts.
+    pub kind: LoadKind,
+}
+
+/// The kinds of external load.
+#[derive(Clone, Debug)]
+pub enum LoadKind {
+    /// Acceleration of free fall on every node, m/s².
+    Gravity {
+        /// g.
+        acceleration: [f64; 3],
+    },
+    /// Pressure on faces, positive into the body, on the current area along the current normal.
+    Pressure {
+        /// Corner nodes of each face, right-handed about the outward normal.
+        faces: Vec<[u32; 4]>,
+        /// Pressure, Pa.
+        curve: Curve,
+    },
+    /// Force per reference area of faces in a fixed direction.
+    Traction {
+        /// Corner nodes of each face.
+        faces: Vec<[u32; 4]>,
+        /// Unit vector of the force.
+        direction: [f64; 3],
+        /// Traction, Pa.
+        curve: Curve,
+    },
+}
+
+/// A plane that no node passes.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidWall {
+    /// A point of the plane, m.
+    pub point: [f64; 3],
+    /// Unit normal towards the body.
+    pub normal: [f64; 3],
+    /// Coulomb's friction coefficient.
+    pub friction: f64,
+}
+
+/// Settings of the time integration.
+#[derive(Clone, Copy, Debug)]
+pub struct TimeSettings {
+    /// Time at which the simulation ends, s.
+    pub end: f64,
+    /// Fraction of the stable time step that is used.
+    pub safety_factor: f64,
+    /// Bulk viscosity, if any.
+    pub bulk_viscosity: Option<BulkViscosity>,
+    /// Largest allowed |energy error|, as a fraction.
+    pub energy_error_limit: f64,
+}
+
+impl Default for TimeSettings {
+    fn default() -> Self {
+        Self { end: 0.0, safety_factor: 0.9, bulk_viscosity: None, energy_error_limit: 0.1 }
+    }
+}
+
+/// Bulk viscosity: a pressure q = ρ l (b₁ c + b₂² l |ε̇_v|) |ε̇_v| against volume change, the quadratic part in
+/// compression only (von Neumann & Richtmyer 1950; Landshoff 1955).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BulkViscosity {
+    /// b₁.
+    pub linear: f64,
+    /// b₂.
+    pub quadratic: f64,
+}
