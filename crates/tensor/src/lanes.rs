@@ -1,0 +1,434 @@
+//! Lanes backed by vector registers, and the choice among them at run time.
+
+use crate::real::Real;
+
+/// A set of vector instructions that lanes can run on. All give the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LaneLevel {
+    /// One `f64` at a time, on any machine.
+    Portable,
+    /// Four lanes with AVX2 and FMA.
+    Avx2,
+    /// Eight lanes with AVX-512.
+    Avx512,
+}
+
+impl LaneLevel {
+    /// Every level, the slowest first.
+    pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
+
+    /// The fastest level of this machine.
+    pub fn best() -> Self {
+        Self::ALL.into_iter().rev().find(|level| level.is_available()).unwrap_or(Self::Portable)
+    }
+
+    /// Whether this machine has the instructions.
+    pub fn is_available(self) -> bool {
+        match self {
+            Self::Portable => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"),
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Avx2 | Self::Avx512 => false,
+        }
+    }
+
+    /// How many elements stand side by side.
+    pub fn lanes(self) -> usize {
+        match self {
+            Self::Portable => 1,
+            Self::Avx2 => 4,
+            Self::Avx512 => 8,
+        }
+    }
+
+    /// The level's name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portable => "portable",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+        }
+    }
+}
+
+/// Something to be made for the lanes that [`dispatch`] chooses.
+pub trait WithLanes {
+    /// What is made.
+    type Output;
+
+    /// Makes it for numbers of type `R`.
+    fn with_lanes<R: Real>(self) -> Self::Output;
+}
+
+/// Makes `what` for the lanes of `level`, or of the best level below it that this machine has.
+///
+/// The lane types have no other way out of this crate: they exist only where their instructions do.
+pub fn dispatch<W: WithLanes>(level: LaneLevel, what: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if level == LaneLevel::Avx512 && LaneLevel::Avx512.is_available() {
+        return what.with_lanes::<x86::F64x8>();
+    }
+    #[cfg(target_arch = "x86_64")]
+    if level != LaneLevel::Portable && LaneLevel::Avx2.is_available() {
+        return what.with_lanes::<x86::F64x4>();
+    }
+    what.with_lanes::<f64>()
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    // Why the intrinsics below are sound: a value of a lane type is made only by code generic over `Real`, which gets
+    // these types from `dispatch` alone, after it has asked the processor for the instructions.
+    #![allow(clippy::undocumented_unsafe_blocks)]
+
+    use crate::elementary;
+    use crate::real::{Kernel, Mask, Real};
+    use std::arch::x86_64::*;
+    use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
+
+    /// Four `f64` in one AVX register.
+    #[derive(Clone, Copy, Debug)]
+    #[repr(transparent)]
+    pub struct F64x4(__m256d);
+
+    /// The answer of a comparison of [`F64x4`]: all bits of a lane set or none.
+    #[derive(Clone, Copy, Debug)]
+    #[repr(transparent)]
+    pub struct Mask4(__m256d);
+
+    /// Eight `f64` in one AVX-512 register.
+    #[derive(Clone, Copy, Debug)]
+    #[repr(transparent)]
+    pub struct F64x8(__m512d);
+
+    /// The answer of a comparison of [`F64x8`], a bit a lane.
+    #[derive(Clone, Copy, Debug)]
+    #[repr(transparent)]
+    pub struct Mask8(__mmask8);
+
+    macro_rules! operators {
+        ($lanes:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $xor:ident, $set:ident) => {
+            operators!(@binary $lanes, Add, add, $add);
+            operators!(@binary $lanes, Sub, sub, $sub);
+            operators!(@binary $lanes, Mul, mul, $mul);
+            operators!(@binary $lanes, Div, div, $div);
+            operators!(@scalar $lanes, Add, add);
+            operators!(@scalar $lanes, Sub, sub);
+            operators!(@scalar $lanes, Mul, mul);
+
+            impl Neg for $lanes {
+                type Output = Self;
+                #[inline(always)]
+                fn neg(self) -> Self {
+                    Self(unsafe { $xor(self.0, $set(-0.0)) })
+                }
+            }
+
+            impl AddAssign for $lanes {
+                #[inline(always)]
+                fn add_assign(&mut self, other: Self) {
+                    *self = *self + other;
+                }
+            }
+
+            impl SubAssign for $lanes {
+                #[inline(always)]
+                fn sub_assign(&mut self, other: Self) {
+                    *self = *self - other;
+                }
+            }
+        };
+        (@binary $lanes:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
+            impl $trait for $lanes {
+                type Output = Self;
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    Self(unsafe { $intrinsic(self.0, other.0) })
+                }
+            }
+        };
+        (@scalar $lanes:ident, $trait:ident, $method:ident) => {
+            impl $trait<f64> for $lanes {
+                type Output = Self;
+                #[inline(always)]
+                fn $method(self, other: f64) -> Self {
+                    $trait::$method(self, Self::splat(other))
+                }
+            }
+        };
+    }
+
+    operators!(F64x4, _mm256_add_pd, _mm256_sub_pd, _mm256_mul_pd, _mm256_div_pd, _mm256_xor_pd, _mm256_set1_pd);
+    operators!(F64x8, _mm512_add_pd, _mm512_sub_pd, _mm512_mul_pd, _mm512_div_pd, _mm512_xor_pd, _mm512_set1_pd);
+
+    impl Real for F64x4 {
+        type Mask = Mask4;
+
+        const LANES: usize = 4;
+
+        #[inline(always)]
+        fn splat(value: f64) -> Self {
+            Self(unsafe { _mm256_set1_pd(value) })
+        }
+
+        #[inline(always)]
+        fn from_lanes(value: impl FnMut(usize) -> f64) -> Self {
+            let lanes: [f64; 4] = std::array::from_fn(value);
+            Self(unsafe { _mm256_loadu_pd(lanes.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn lane(self, lane: usize) -> f64 {
+            let mut lanes = [0.0; 4];
+            self.store(&mut lanes);
+            lanes[lane]
+        }
+
+        #[inline(always)]
+        fn store(self, target: &mut [f64]) {
+            let target = &mut target[..Self::LANES];
+            unsafe { _mm256_storeu_pd(target.as_mut_ptr(), self.0) }
+        }
+
+        #[inline(always)]
+        fn mul_add(self, factor: Self, addend: Self) -> Self {
+            Self(unsafe { _mm256_fmadd_pd(self.0, factor.0, addend.0) })
+        }
+
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            Self(unsafe { _mm256_sqrt_pd(self.0) })
+        }
+
+        #[inline(always)]
+        fn abs(self) -> Self {
+            Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
+        }
+
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            Self(unsafe { _mm256_max_pd(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            Self(unsafe { _mm256_min_pd(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn round(self) -> Self {
+            Self(unsafe { _mm256_round_pd::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(self.0) })
+        }
+
+        #[inline(always)]
+        fn lt(self, other: Self) -> Mask4 {
+            Mask4(unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn le(self, other: Self) -> Mask4 {
+            Mask4(unsafe { _mm256_cmp_pd::<_CMP_LE_OQ>(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn select(mask: Mask4, chosen: Self, otherwise: Self) -> Self {
+            Self(unsafe { _mm256_blendv_pd(otherwise.0, chosen.0, mask.0) })
+        }
+
+        #[inline(always)]
+        fn power_of_two(self) -> Self {
+            let shifted = self + elementary::EXPONENT_SHIFTER;
+            Self(unsafe { _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_castpd_si256(shifted.0))) })
+        }
+
+        #[inline(always)]
+        fn exponent_and_mantissa(self) -> (Self, Self) {
+            unsafe {
+                let bits = _mm256_castpd_si256(self.0);
+                let set = |value: u64| _mm256_set1_epi64x(value.cast_signed());
+                let exponent = _mm256_or_si256(_mm256_srli_epi64::<52>(bits), set(elementary::TWO_52_BITS));
+                let fraction = _mm256_and_si256(bits, set(elementary::FRACTION_BITS));
+                let mantissa = _mm256_or_si256(fraction, set(elementary::ONE_BITS));
+                let exponent = Self(_mm256_castsi256_pd(exponent)) - elementary::TWO_52_AND_BIAS;
+                (exponent, Self(_mm256_castsi256_pd(mantissa)))
+            }
+        }
+
+        #[inline(always)]
+        fn vectorize<K: Kernel>(kernel: K) -> K::Output {
+            #[target_feature(enable = "avx2,fma")]
+            fn run<K: Kernel>(kernel: K) -> K::Output {
+                kernel.run()
+            }
+            unsafe { run(kernel) }
+        }
+    }
+
+    impl Mask for Mask4 {
+        #[inline(always)]
+        fn any(self) -> bool {
+            unsafe { _mm256_movemask_pd(self.0) != 0 }
+        }
+    }
+
+    impl BitAnd for Mask4 {
+        type Output = Self;
+        #[inline(always)]
+        fn bitand(self, other: Self) -> Self {
+            Self(unsafe { _mm256_and_pd(self.0, other.0) })
+        }
+    }
+
+    impl BitOr for Mask4 {
+        type Output = Self;
+        #[inline(always)]
+        fn bitor(self, other: Self) -> Self {
+            Self(unsafe { _mm256_or_pd(self.0, other.0) })
+        }
+    }
+
+    impl Not for Mask4 {
+        type Output = Self;
+        #[inline(always)]
+        fn not(self) -> Self {
+            Self(unsafe { _mm256_xor_pd(self.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))) })
+        }
+    }
+
+    impl Real for F64x8 {
+        type Mask = Mask8;
+
+        const LANES: usize = 8;
+
+        #[inline(always)]
+        fn splat(value: f64) -> Self {
+            Self(unsafe { _mm512_set1_pd(value) })
+        }
+
+        #[inline(always)]
+        fn from_lanes(value: impl FnMut(usize) -> f64) -> Self {
+            let lanes: [f64; 8] = std::array::from_fn(value);
+            Self(unsafe { _mm512_loadu_pd(lanes.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn lane(self, lane: usize) -> f64 {
+            let mut lanes = [0.0; 8];
+            self.store(&mut lanes);
+            lanes[lane]
+        }
+
+        #[inline(always)]
+        fn store(self, target: &mut [f64]) {
+            let target = &mut target[..Self::LANES];
+            unsafe { _mm512_storeu_pd(target.as_mut_ptr(), self.0) }
+        }
+
+        #[inline(always)]
+        fn mul_add(self, factor: Self, addend: Self) -> Self {
+            Self(unsafe { _mm512_fmadd_pd(self.0, factor.0, addend.0) })
+        }
+
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            Self(unsafe { _mm512_sqrt_pd(self.0) })
+        }
+
+        #[inline(always)]
+        fn abs(self) -> Self {
+            Self(unsafe { _mm512_abs_pd(self.0) })
+        }
+
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            Self(unsafe { _mm512_max_pd(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            Self(unsafe { _mm512_min_pd(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn round(self) -> Self {
+            Self(unsafe { _mm512_roundscale_pd::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(self.0) })
+        }
+
+        #[inline(always)]
+        fn lt(self, other: Self) -> Mask8 {
+            Mask8(unsafe { _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn le(self, other: Self) -> Mask8 {
+            Mask8(unsafe { _mm512_cmp_pd_mask::<_CMP_LE_OQ>(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn select(mask: Mask8, chosen: Self, otherwise: Self) -> Self {
+            Self(unsafe { _mm512_mask_blend_pd(mask.0, otherwise.0, chosen.0) })
+        }
+
+        #[inline(always)]
+        fn power_of_two(self) -> Self {
+            let shifted = self + elementary::EXPONENT_SHIFTER;
+            Self(unsafe { _mm512_castsi512_pd(_mm512_slli_epi64::<52>(_mm512_castpd_si512(shifted.0))) })
+        }
+
+        #[inline(always)]
+        fn exponent_and_mantissa(self) -> (Self, Self) {
+            unsafe {
+                let bits = _mm512_castpd_si512(self.0);
+                let set = |value: u64| _mm512_set1_epi64(value.cast_signed());
+                let exponent = _mm512_or_si512(_mm512_srli_epi64::<52>(bits), set(elementary::TWO_52_BITS));
+                let fraction = _mm512_and_si512(bits, set(elementary::FRACTION_BITS));
+                let mantissa = _mm512_or_si512(fraction, set(elementary::ONE_BITS));
+                let exponent = Self(_mm512_castsi512_pd(exponent)) - elementary::TWO_52_AND_BIAS;
+                (exponent, Self(_mm512_castsi512_pd(mantissa)))
+            }
+        }
+
+        #[inline(always)]
+        fn vectorize<K: Kernel>(kernel: K) -> K::Output {
+            #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
+            fn run<K: Kernel>(kernel: K) -> K::Output {
+                kernel.run()
+            }
+            unsafe { run(kernel) }
+        }
+    }
+
+    impl Mask for Mask8 {
+        #[inline(always)]
+        fn any(self) -> bool {
+            self.0 != 0
+        }
+    }
+
+    impl BitAnd for Mask8 {
+        type Output = Self;
+        #[inline(always)]
+        fn bitand(self, other: Self) -> Self {
+            Self(self.0 & other.0)
+        }
+    }
+
+    impl BitOr for Mask8 {
+        type Output = Self;
+        #[inline(always)]
+        fn bitor(self, other: Self) -> Self {
+            Self(self.0 | other.0)
+        }
+    }
+
+    impl Not for Mask8 {
+        type Output = Self;
+        #[inline(always)]
+        fn not(self) -> Self {
+            Self(!self.0)
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Vectors of three components.
+
+use crate::real::Real;
+use std::ops::{Add, Mul, Sub};
+
+/// A vector of three components x, y, z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vector3<R>(pub [R; 3]);
+
+impl<R: Real> Vector3<R> {
+    /// The zero vector.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self([R::splat(0.0); 3])
+    }
+
+    /// a · b.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> R {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        a.mul_add(x, b.mul_add(y, c * z))
+    }
+
+    /// a × b.
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        Self([b.mul_add(z, -(c * y)), c.mul_add(x, -(a * z)), a.mul_add(y, -(b * x))])
+    }
+
+    /// `self × factor + addend`, a fused operation a component.
+    #[inline(always)]
+    pub fn mul_add(self, factor: R, addend: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i].mul_add(factor, addend.0[i])))
+    }
+}
+
+impl<R: Real> Add for Vector3<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] + other.0[i]))
+    }
+}
+
+impl<R: Real> Sub for Vector3<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
+    }
+}
+
+impl<R: Real> Mul<R> for Vector3<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: R) -> Self {
+        Self(self.0.map(|component| component * factor))
+    }
+}
