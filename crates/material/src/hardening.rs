@@ -118,7 +118,11 @@ impl IsotropicHardening {
     /// No point, a first strain other than 0, strains that do not increase, or a stress that is not positive or falls.
     pub fn tabulated(points: &[[f64; 2]]) -> Result<Self, ParameterError> {
         let Some(first) = points.first() else {
-            return Err(ParameterError { parameter: "points", value: 0.0, bound: "the table needs at least one point" });
+            return Err(ParameterError {
+                parameter: "points",
+                value: 0.0,
+                bound: "the table needs at least one point",
+            });
         };
         checked("points", first[0], |strain| strain == 0.0, "the first strain of the table must be 0")?;
         positive("points", first[1])?;
@@ -130,7 +134,8 @@ impl IsotropicHardening {
             Some(next) => (next[1] - points[index][1]) / (next[0] - points[index][0]),
             None => 0.0,
         };
-        let segment = |(index, point): (usize, &[f64; 2])| Segment { strain: point[0], stress: point[1], slope: slope(index) };
+        let segment =
+            |(index, point): (usize, &[f64; 2])| Segment { strain: point[0], stress: point[1], slope: slope(index) };
         Ok(Self(Law::Tabulated(points.iter().enumerate().map(segment).collect())))
     }
 
@@ -145,7 +150,8 @@ impl IsotropicHardening {
             }
             Law::Saturation { yield_stress, saturation_stress, saturation_exponent, modulus } => {
                 // σ_∞ − (σ_∞ − σ₀) e^{−δ ε̄ᵖ} + H ε̄ᵖ
-                let remaining = R::splat(saturation_stress - yield_stress) * (plastic_strain * -*saturation_exponent).exp();
+                let remaining =
+                    R::splat(saturation_stress - yield_stress) * (plastic_strain * -*saturation_exponent).exp();
                 let linear = R::splat(*modulus).mul_add(plastic_strain, R::splat(*saturation_stress));
                 FlowStress { stress: linear - remaining, slope: remaining * *saturation_exponent + *modulus }
             }
@@ -157,7 +163,8 @@ impl IsotropicHardening {
                 FlowStress { stress: power + *yield_stress, slope: power * *exponent / strain }
             }
             Law::Tabulated(segments) => {
-                let mut result = FlowStress { stress: R::splat(segments[0].stress), slope: R::splat(segments[0].slope) };
+                let mut result =
+                    FlowStress { stress: R::splat(segments[0].stress), slope: R::splat(segments[0].slope) };
                 result.stress = result.slope.mul_add(plastic_strain, result.stress);
                 for segment in &segments[1..] {
                     let offset = plastic_strain - segment.strain;

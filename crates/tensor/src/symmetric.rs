@@ -72,6 +72,18 @@ impl<R: Real> SymmetricTensor<R> {
         Self(std::array::from_fn(|i| self.0[i].mul_add(factor, addend.0[i])))
     }
 
+    /// `chosen` where the mask is set, else `otherwise`.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
+        Self(std::array::from_fn(|i| R::select(mask, chosen.0[i], otherwise.0[i])))
+    }
+
+    /// The tensor where the mask is set, else zero.
+    #[inline(always)]
+    pub fn or_zero(&self, mask: R::Mask) -> Self {
+        Self::select(mask, self, &Self::zero())
+    }
+
     /// det A.
     #[inline(always)]
     pub fn determinant(&self) -> R {

@@ -1,0 +1,194 @@
+//! The E* theory in box-rate form: Eulerian finite plasticity with the elastic strain E* measured from the unique
+//! intermediate configuration (de Vera 2016, chapters 5-7).
+//!
+//! Rotated Cauchy stress T̃ = RᵀTR, T□ = R (dT̃/dt) Rᵀ (dV 2.51). Small elastic strain, any plastic strain:
+//!
+//! - elasticity   T̃ = 2μ dev E* + k tr(E*) I (dV 7.36, 7.37), in rate form dT̃/dt = 2μ dev(D̃ − D̄_p) + k tr(D̃) I
+//! - yield        √(3/2) ‖dev T̃ − α̃‖ ≤ σ_y(ε̄ᵖ) (dV 7.76, 7.78)
+//! - flow         D̄_p = γ̇ n, n = (dev T̃ − α̃)/‖dev T̃ − α̃‖, ε̄̇ᵖ = √⅔ γ̇, so tr D̄_p = 0
+//! - hardening    σ_y(ε̄ᵖ), and the motion of α̃ that the [`KinematicRule`] gives
+//!
+//! Update at the mid-step configuration (second order, exactly objective): elastic predictor, radial return.
+//!
+//! Parameters: elasticity, isotropic and kinematic hardening. History: T̃, ε̄ᵖ and, where the surface moves, α̃.
+
+use crate::elastic::{predicted_stress, rotated_strain_increment, stress_power};
+use crate::material::point_state;
+use crate::return_mapping::{Equivalent, plastic_increment};
+use crate::{
+    IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, PointOutput, PointState, StepKinematics,
+};
+use estar_tensor::{Mask, Real, SymmetricTensor, Tensor};
+
+/// The E* theory in box-rate form; `K` is `()` or [`KinematicHardening`].
+#[derive(Clone, Debug)]
+pub struct EStar<K> {
+    pub(crate) elasticity: IsotropicElasticity,
+    pub(crate) hardening: IsotropicHardening,
+    kinematic: K,
+}
+
+/// History of [`EStar`] with isotropic hardening.
+#[derive(Clone, Copy, Debug)]
+pub struct EStarState<R> {
+    /// Rotated Cauchy stress T̃ = RᵀTR, Pa.
+    pub rotated_stress: SymmetricTensor<R>,
+    /// Equivalent plastic strain ε̄ᵖ.
+    pub equivalent_plastic_strain: R,
+}
+
+point_state!(EStarState { rotated_stress: symmetric, equivalent_plastic_strain: number });
+
+/// Whether and how the centre of the yield surface moves. `()` is a surface that rests and costs no history;
+/// [`KinematicHardening`](crate::KinematicHardening) moves it.
+pub trait KinematicRule: Clone + Send + Sync + 'static {
+    /// History with this rule.
+    type State<R: Real>: PointState<R>;
+
+    /// T̃, ε̄ᵖ and α̃ of a history.
+    fn parts<R: Real>(state: &Self::State<R>) -> (SymmetricTensor<R>, R, SymmetricTensor<R>);
+
+    /// The history of T̃, ε̄ᵖ and α̃.
+    fn state<R: Real>(stress: SymmetricTensor<R>, strain: R, back_stress: SymmetricTensor<R>) -> Self::State<R>;
+
+    /// The return of an inadmissible trial stress to the yield surface.
+    fn return_mapping<R: Real>(&self, trial: &Trial<R>, material: &EStar<Self>) -> Return<R>;
+}
+
+/// A trial state outside the yield surface, in the lanes that yield.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial<R: Real> {
+    /// Lanes outside the surface.
+    pub yields: R::Mask,
+    /// dev T̃_trial, Pa.
+    pub deviator: SymmetricTensor<R>,
+    /// √(3/2) ‖dev T̃_trial − α̃_n‖, Pa.
+    pub equivalent_stress: R,
+    /// ε̄ᵖ_n.
+    pub plastic_strain: R,
+    /// α̃_n, Pa.
+    pub back_stress: SymmetricTensor<R>,
+}
+
+/// What the return mapping gives; lanes that do not yield carry the values of rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Return<R> {
+    /// 2μ Δγ n, what the trial stress loses, Pa.
+    pub stress_correction: SymmetricTensor<R>,
+    /// Δε̄ᵖ = √⅔ Δγ.
+    pub plastic_increment: R,
+    /// α̃_{n+1}, Pa.
+    pub back_stress: SymmetricTensor<R>,
+}
+
+impl KinematicRule for () {
+    type State<R: Real> = EStarState<R>;
+
+    #[inline(always)]
+    fn parts<R: Real>(state: &EStarState<R>) -> (SymmetricTensor<R>, R, SymmetricTensor<R>) {
+        (state.rotated_stress, state.equivalent_plastic_strain, SymmetricTensor::zero())
+    }
+
+    #[inline(always)]
+    fn state<R: Real>(stress: SymmetricTensor<R>, strain: R, _: SymmetricTensor<R>) -> EStarState<R> {
+        EStarState { rotated_stress: stress, equivalent_plastic_strain: strain }
+    }
+
+    /// Radial return with p = Δε̄ᵖ: √(3/2) ‖dev T̃_trial‖ − 3μ p = σ_y(ε̄ᵖ_n + p), n = dev T̃_trial/‖dev T̃_trial‖.
+    #[inline(always)]
+    fn return_mapping<R: Real>(&self, trial: &Trial<R>, material: &EStar<()>) -> Return<R> {
+        let three_mu = 3.0 * material.elasticity.shear_modulus();
+        let equivalent = |p: R| Equivalent {
+            stress: p.mul_add(R::splat(-three_mu), trial.equivalent_stress),
+            slope: R::splat(-three_mu),
+        };
+        let flow = |p: R| material.hardening.flow_stress(trial.plastic_strain + p);
+        let p = plastic_increment(trial.yields, trial.equivalent_stress * three_mu.recip(), equivalent, flow);
+
+        // 2μ Δγ n = 3μ p dev T̃_trial / (√(3/2) ‖dev T̃_trial‖)
+        let safe_equivalent = R::select(trial.yields, trial.equivalent_stress, R::splat(1.0));
+        let correction = trial.deviator * (p * three_mu / safe_equivalent);
+        Return {
+            stress_correction: correction.or_zero(trial.yields),
+            plastic_increment: p,
+            back_stress: trial.back_stress,
+        }
+    }
+}
+
+impl<K: KinematicRule> EStar<K> {
+    /// The material with these parameters.
+    pub fn new(elasticity: IsotropicElasticity, hardening: IsotropicHardening, kinematic: K) -> Self {
+        Self { elasticity, hardening, kinematic }
+    }
+}
+
+impl<K: KinematicRule> Material for EStar<K> {
+    type State<R: Real> = K::State<R>;
+
+    const NEEDS_ROTATION: bool = true;
+
+    fn elasticity(&self) -> &IsotropicElasticity {
+        &self.elasticity
+    }
+
+    fn initial_state<R: Real>(&self) -> K::State<R> {
+        K::state(SymmetricTensor::zero(), R::splat(0.0), SymmetricTensor::zero())
+    }
+
+    #[inline(always)]
+    fn update<R: Real>(
+        &self,
+        old: &K::State<R>,
+        motion: &StepKinematics<R>,
+        time_step: f64,
+    ) -> MaterialUpdate<R, K::State<R>> {
+        let (stress_old, strain_old, back_stress_old) = K::parts(old);
+        let strain_increment = rotated_strain_increment(motion, time_step);
+
+        // (i) elastic predictor: T̃_trial = T̃_n + Δt (2μ dev D̃ + k tr(D̃) I)
+        let trial = predicted_stress(&self.elasticity, &stress_old, &strain_increment);
+
+        // (ii) admissibility: √(3/2) ‖dev T̃_trial − α̃_n‖ ≤ σ_y(ε̄ᵖ_n)
+        let deviator = trial.deviator();
+        let equivalent_stress = von_mises(&(deviator - back_stress_old));
+        let flow_old = self.hardening.flow_stress(strain_old);
+        let yields = equivalent_stress.gt(flow_old.stress);
+
+        // (iii) return mapping
+        let at_rest = Return {
+            stress_correction: SymmetricTensor::zero(),
+            plastic_increment: R::splat(0.0),
+            back_stress: back_stress_old,
+        };
+        let (returned, flow_stress_new) = if yields.any() {
+            let plastic_strain = strain_old;
+            let outside = Trial { yields, deviator, equivalent_stress, plastic_strain, back_stress: back_stress_old };
+            let returned = self.kinematic.return_mapping(&outside, self);
+            (returned, self.hardening.flow_stress(strain_old + returned.plastic_increment).stress)
+        } else {
+            (at_rest, flow_old.stress)
+        };
+        let stress_new = trial - returned.stress_correction;
+        let strain_new = strain_old + returned.plastic_increment;
+
+        // T_{n+1} = R_{n+1} T̃_{n+1} R_{n+1}ᵀ
+        MaterialUpdate {
+            stress: stress_new.pushed_by(&motion.rotation_new),
+            state: K::state(stress_new, strain_new, returned.back_stress),
+            internal_energy: stress_power(&stress_old, &stress_new, &strain_increment),
+            plastic_dissipation: (flow_old.stress + flow_stress_new) * returned.plastic_increment * 0.5,
+        }
+    }
+
+    fn output(&self, state: &K::State<f64>, rotation: &Tensor<f64>) -> PointOutput {
+        let (stress, strain, _) = K::parts(state);
+        PointOutput { cauchy_stress: stress.pushed_by(rotation), equivalent_plastic_strain: strain }
+    }
+}
+
+/// √(3/2) ‖A‖ of a deviator.
+#[inline(always)]
+pub(crate) fn von_mises<R: Real>(deviator: &SymmetricTensor<R>) -> R {
+    (deviator.norm_squared() * 1.5).sqrt()
+}

@@ -1,0 +1,95 @@
+//! Kinematic hardening of the E* theory in box-rate form: the centre α̃ of the yield surface moves with plastic flow.
+//!
+//! dα̃/dt = ⅔ C D̄_p − γ ε̄̇ᵖ α̃ (Armstrong & Frederick 1966; Prager for γ = 0), α̃ = RᵀαR, so that the box rate of α
+//! follows (de Vera 2016, eq. 6.7).
+//!
+//! History: T̃, ε̄ᵖ, α̃.
+
+use crate::KinematicHardening;
+use crate::e_star::{EStar, KinematicRule, Return, Trial, von_mises};
+use crate::material::point_state;
+use crate::return_mapping::{Equivalent, plastic_increment};
+use estar_tensor::{Real, SymmetricTensor};
+
+/// History of [`EStar`] with kinematic hardening.
+#[derive(Clone, Copy, Debug)]
+pub struct EStarKinematicState<R> {
+    /// Rotated Cauchy stress T̃ = RᵀTR, Pa.
+    pub rotated_stress: SymmetricTensor<R>,
+    /// Equivalent plastic strain ε̄ᵖ.
+    pub equivalent_plastic_strain: R,
+    /// Rotated back stress α̃ = RᵀαR, Pa.
+    pub rotated_back_stress: SymmetricTensor<R>,
+}
+
+point_state!(EStarKinematicState {
+    rotated_stress: symmetric,
+    equivalent_plastic_strain: number,
+    rotated_back_stress: symmetric,
+});
+
+impl KinematicRule for KinematicHardening {
+    type State<R: Real> = EStarKinematicState<R>;
+
+    #[inline(always)]
+    fn parts<R: Real>(state: &EStarKinematicState<R>) -> (SymmetricTensor<R>, R, SymmetricTensor<R>) {
+        (state.rotated_stress, state.equivalent_plastic_strain, state.rotated_back_stress)
+    }
+
+    #[inline(always)]
+    fn state<R: Real>(
+        stress: SymmetricTensor<R>,
+        strain: R,
+        back_stress: SymmetricTensor<R>,
+    ) -> EStarKinematicState<R> {
+        EStarKinematicState {
+            rotated_stress: stress,
+            equivalent_plastic_strain: strain,
+            rotated_back_stress: back_stress,
+        }
+    }
+
+    /// Return with p = Δε̄ᵖ and θ = 1/(1 + γ p), backward Euler:
+    ///
+    /// α̃_{n+1} = θ (α̃_n + ⅔ C Δγ n), η = dev T̃_trial − θ α̃_n, n = η/‖η‖, Δγ = √(3/2) p,
+    /// √(3/2) ‖η‖ − (3μ + C θ) p = σ_y(ε̄ᵖ_n + p).
+    #[inline(always)]
+    fn return_mapping<R: Real>(&self, trial: &Trial<R>, material: &EStar<Self>) -> Return<R> {
+        let one = R::splat(1.0);
+        let three_mu = 3.0 * material.elasticity.shear_modulus();
+        let modulus = R::splat(self.modulus());
+        let recovery = R::splat(self.recovery());
+        let theta = |p: R| recovery.mul_add(p, one).recip();
+        let relative = |theta: R| trial.back_stress.mul_add(-theta, &trial.deviator);
+
+        let equivalent = |p: R| {
+            let theta = theta(p);
+            let eta = relative(theta);
+            let eta_equivalent = von_mises(&eta);
+            // dθ/dp = −γ θ²; d(√(3/2) ‖η‖)/dp = −(3/2) η : α̃_n / (√(3/2) ‖η‖) dθ/dp
+            let theta_slope = -(recovery * theta * theta);
+            let turning = eta.double_dot(&trial.back_stress) * theta_slope * 1.5 / eta_equivalent;
+            let stiffness = modulus * theta + three_mu;
+            Equivalent {
+                stress: eta_equivalent - stiffness * p,
+                slope: -(stiffness + modulus * theta_slope * p + turning),
+            }
+        };
+        let flow = |p: R| material.hardening.flow_stress(trial.plastic_strain + p);
+        // ‖η‖ ≤ ‖dev T̃_trial‖ + ‖α̃_n‖
+        let upper_bound = (von_mises(&trial.deviator) + von_mises(&trial.back_stress)) * three_mu.recip();
+        let p = plastic_increment(trial.yields, upper_bound, equivalent, flow);
+
+        let theta = theta(p);
+        let eta = relative(theta);
+        // √(3/2) n = (3/2) η / (√(3/2) ‖η‖)
+        let safe_equivalent = R::select(trial.yields, von_mises(&eta), one);
+        let direction = eta * (R::splat(1.5) / safe_equivalent);
+        let moved = direction.mul_add(modulus * p * (2.0 / 3.0), &trial.back_stress) * theta;
+        Return {
+            stress_correction: (direction * (p * (2.0 / 3.0 * three_mu))).or_zero(trial.yields),
+            plastic_increment: p,
+            back_stress: SymmetricTensor::select(trial.yields, &moved, &trial.back_stress),
+        }
+    }
+}

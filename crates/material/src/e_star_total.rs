@@ -1,0 +1,233 @@
+//! The E* theory in total form: stress from the elastic strain E* itself (de Vera 2016, chapters 5-7).
+//!
+//! With the plastic metric C_p = U_p² the elastic left Cauchy-Green tensor is b_e = F C_p⁻¹ Fᵀ = R_* (2 E* + I) R_*ᵀ, so
+//!
+//! - elasticity   T = μ dev b_e + ½ k (tr b_e − 3) I, which is T̃ = 2μ dev E* + k tr(E*) I (dV 7.36, 7.37) turned by R_*
+//! - yield        √(3/2) ‖dev T‖ ≤ σ_y(ε̄ᵖ) (dV 7.76, 7.78)
+//! - flow         D̄_p = γ̇ n with the normal n in the intermediate configuration, tr D̄_p = 0
+//!
+//! Update by the exponential map, b_e = b_trial exp(−2 Δγ n), n = dev b_trial/‖dev b_trial‖. All of these tensors have
+//! the principal axes of b_trial and none is ever computed: by Cayley and Hamilton n³ = ½ n + det(n) I, so every one is
+//! a combination of I, n and n² (see [`Combination`]).
+//!
+//! Parameters: elasticity, isotropic hardening. History: C_p⁻¹, ε̄ᵖ, and T for the stress power of the next step.
+
+use crate::e_star::von_mises;
+use crate::elastic::stress_power;
+use crate::material::point_state;
+use crate::return_mapping::{Equivalent, plastic_increment};
+use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, PointOutput, StepKinematics};
+use estar_tensor::{Mask, Real, SymmetricTensor, Tensor};
+
+/// The E* theory in total form.
+#[derive(Clone, Debug)]
+pub struct EStarTotal {
+    elasticity: IsotropicElasticity,
+    hardening: IsotropicHardening,
+}
+
+/// History of [`EStarTotal`].
+#[derive(Clone, Copy, Debug)]
+pub struct EStarTotalState<R> {
+    /// Inverse plastic metric C_p⁻¹ = U_p⁻², det = 1.
+    pub inverse_plastic_metric: SymmetricTensor<R>,
+    /// Equivalent plastic strain ε̄ᵖ.
+    pub equivalent_plastic_strain: R,
+    /// Cauchy stress T, Pa.
+    pub stress: SymmetricTensor<R>,
+}
+
+point_state!(EStarTotalState {
+    inverse_plastic_metric: symmetric,
+    equivalent_plastic_strain: number,
+    stress: symmetric,
+});
+
+impl EStarTotal {
+    /// The material with these parameters.
+    pub fn new(elasticity: IsotropicElasticity, hardening: IsotropicHardening) -> Self {
+        Self { elasticity, hardening }
+    }
+
+    /// T = μ dev b_e + ½ k (tr b_e − 3) I.
+    #[inline(always)]
+    fn stress<R: Real>(&self, elastic_metric: &SymmetricTensor<R>) -> SymmetricTensor<R> {
+        let mean = (elastic_metric.trace() - 3.0) * (0.5 * self.elasticity.bulk_modulus());
+        (elastic_metric.deviator() * R::splat(self.elasticity.shear_modulus())).plus_spherical(mean)
+    }
+
+    /// b_e on the yield surface, and Δε̄ᵖ: with p = Δε̄ᵖ and x = −2 Δγ = −√6 p,
+    /// √(3/2) μ ‖dev(b_trial exp(x n))‖ = σ_y(ε̄ᵖ_n + p).
+    #[inline(always)]
+    fn return_mapping<R: Real>(
+        &self,
+        yields: R::Mask,
+        trial: &SymmetricTensor<R>,
+        plastic_strain: R,
+    ) -> (SymmetricTensor<R>, R) {
+        let shear_modulus = self.elasticity.shear_modulus();
+        let deviator = trial.deviator();
+        let norm = R::select(yields, deviator.norm_squared(), R::splat(1.0)).sqrt();
+        let normal = deviator * norm.recip();
+        let determinant = normal.determinant();
+        // b_trial = ⅓ tr(b_trial) I + ‖dev b_trial‖ n
+        let trial_combination = Combination([trial.trace() * (1.0 / 3.0), norm, R::splat(0.0)]);
+        let returned = |p: R| trial_combination.times(&Combination::exponential(p * -SQRT_6, determinant), determinant);
+
+        let equivalent = |p: R| {
+            let metric = returned(p);
+            // d b_e/dx = n b_e
+            let slope = metric.times_normal(determinant);
+            let length = metric.deviator_dot(&metric, determinant).sqrt();
+            let length_slope = metric.deviator_dot(&slope, determinant) / length * -SQRT_6;
+            let scale = SQRT_3_HALVES * shear_modulus;
+            Equivalent { stress: length * scale, slope: length_slope * scale }
+        };
+        let flow = |p: R| self.hardening.flow_stress(plastic_strain + p);
+        // the slope of the equivalent stress is −3μ times the smallest principal value of b_e or steeper; four times
+        // the increment that removes the whole trial deviator at b_e = I lies beyond the root for any elastic strain
+        // that a metal can have
+        let upper_bound = norm * (4.0 * SQRT_3_HALVES / 3.0);
+        let p = plastic_increment(yields, upper_bound, equivalent, flow);
+
+        let Combination([identity, linear, quadratic]) = returned(p);
+        let metric = normal.square().mul_add(quadratic, &(normal * linear)).plus_spherical(identity);
+        (metric, p)
+    }
+}
+
+impl Material for EStarTotal {
+    type State<R: Real> = EStarTotalState<R>;
+
+    const NEEDS_ROTATION: bool = false;
+
+    fn elasticity(&self) -> &IsotropicElasticity {
+        &self.elasticity
+    }
+
+    fn initial_state<R: Real>(&self) -> EStarTotalState<R> {
+        EStarTotalState {
+            inverse_plastic_metric: SymmetricTensor::spherical(R::splat(1.0)),
+            equivalent_plastic_strain: R::splat(0.0),
+            stress: SymmetricTensor::zero(),
+        }
+    }
+
+    #[inline(always)]
+    fn update<R: Real>(
+        &self,
+        old: &EStarTotalState<R>,
+        motion: &StepKinematics<R>,
+        time_step: f64,
+    ) -> MaterialUpdate<R, EStarTotalState<R>> {
+        let strain_old = old.equivalent_plastic_strain;
+        let strain_increment = motion.velocity_gradient.symmetric_part() * R::splat(time_step);
+
+        // (i) elastic predictor: b_trial = F C_p⁻¹ Fᵀ with the plastic metric of t_n
+        let gradient = &motion.deformation_gradient;
+        let trial = old.inverse_plastic_metric.pushed_by(gradient);
+        let trial_stress = self.stress(&trial);
+
+        // (ii) admissibility: √(3/2) ‖dev T_trial‖ ≤ σ_y(ε̄ᵖ_n)
+        let flow_old = self.hardening.flow_stress(strain_old);
+        let yields = von_mises(&trial_stress.deviator()).gt(flow_old.stress);
+
+        // (iii) return mapping, and C_p⁻¹ = F⁻¹ b_e F⁻ᵀ
+        let mut state = EStarTotalState { stress: trial_stress, ..*old };
+        let mut dissipation = R::splat(0.0);
+        if yields.any() {
+            let (metric, p) = self.return_mapping(yields, &trial, strain_old);
+            let plastic = metric.pushed_by(&gradient.inverse());
+            state.inverse_plastic_metric = SymmetricTensor::select(yields, &plastic, &old.inverse_plastic_metric);
+            state.stress = SymmetricTensor::select(yields, &self.stress(&metric), &trial_stress);
+            state.equivalent_plastic_strain = strain_old + p;
+            let flow_new = self.hardening.flow_stress(state.equivalent_plastic_strain);
+            dissipation = (flow_old.stress + flow_new.stress) * p * 0.5;
+        }
+        MaterialUpdate {
+            stress: state.stress,
+            state,
+            internal_energy: stress_power(&old.stress, &state.stress, &strain_increment),
+            plastic_dissipation: dissipation,
+        }
+    }
+
+    fn output(&self, state: &EStarTotalState<f64>, _rotation: &Tensor<f64>) -> PointOutput {
+        PointOutput { cauchy_stress: state.stress, equivalent_plastic_strain: state.equivalent_plastic_strain }
+    }
+}
+
+const SQRT_6: f64 = 2.449_489_742_783_178;
+const SQRT_3_HALVES: f64 = 1.224_744_871_391_589;
+
+/// a I + b n + c n² for a symmetric n with tr n = 0 and ‖n‖ = 1, for which n³ = ½ n + d I and n⁴ = ½ n² + d n,
+/// d = det n.
+#[derive(Clone, Copy)]
+struct Combination<R>([R; 3]);
+
+impl<R: Real> Combination<R> {
+    /// exp(x n): its series up to x¹¹ for x/4, squared twice; exact to rounding for |x| ≤ 1.5.
+    #[inline(always)]
+    fn exponential(x: R, determinant: R) -> Self {
+        let quarter = x * 0.25;
+        let mut term = Self([R::splat(1.0), R::splat(0.0), R::splat(0.0)]);
+        let mut sum = term;
+        for order in 1..=11_u32 {
+            let scale = quarter * f64::from(order).recip();
+            term = Self(term.times_normal(determinant).0.map(|coefficient| coefficient * scale));
+            sum = Self(std::array::from_fn(|i| sum.0[i] + term.0[i]));
+        }
+        let squared = sum.times(&sum, determinant);
+        squared.times(&squared, determinant)
+    }
+
+    /// n times the combination.
+    #[inline(always)]
+    fn times_normal(&self, determinant: R) -> Self {
+        let [a, b, c] = self.0;
+        Self([c * determinant, c.mul_add(R::splat(0.5), a), b])
+    }
+
+    /// The product of two combinations.
+    #[inline(always)]
+    fn times(&self, other: &Self, determinant: R) -> Self {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        let third = b * z + c * y;
+        let fourth = c * z;
+        Self([
+            a.mul_add(x, third * determinant),
+            a.mul_add(y, b.mul_add(x, third.mul_add(R::splat(0.5), fourth * determinant))),
+            a.mul_add(z, c.mul_add(x, b.mul_add(y, fourth * 0.5))),
+        ])
+    }
+
+    /// dev A : dev B, from n : n = 1, n : n² = 3 d and dev n² : dev n² = ½ − ⅓.
+    #[inline(always)]
+    fn deviator_dot(&self, other: &Self, determinant: R) -> R {
+        let ([_, b, c], [_, y, z]) = (self.0, other.0);
+        let mixed = (b * z + c * y) * determinant;
+        b * y + mixed * 3.0 + c * z * (1.0 / 6.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exponential_of_a_normal_is_that_of_its_principal_values() {
+        for (first, second) in [(1.0, -1.0), (2.0, -1.0), (0.3, 0.3), (1.0, 0.0), (-2.0, 1.0)] {
+            let raw = [first, second, -first - second];
+            let length = raw.iter().map(|v: &f64| v * v).sum::<f64>().sqrt();
+            let values = raw.map(|v| v / length);
+            let determinant = values.iter().product();
+            for x in [0.0, 1e-6, -0.01, 0.3, -1.0, 1.5] {
+                let Combination([a, b, c]) = Combination::exponential(x, determinant);
+                for value in values {
+                    let error = (a + b * value + c * value * value) / (x * value).exp() - 1.0;
+                    assert!(error.abs() < 4e-15, "{raw:?} {x}: {error}");
+                }
+            }
+        }
+    }
+}

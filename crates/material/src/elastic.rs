@@ -1,0 +1,96 @@
+//! Isotropic elasticity in rate form with the box rate.
+//!
+//! T□ = 2μ dev D + k tr(D) I, that is dT̃/dt = 2μ dev D̃ + k tr(D̃) I for the rotated stress T̃ = RᵀTR and
+//! D̃ = RᵀDR (de Vera 2016, section 6.5; Green & McInnis 1967; Green & Naghdi 1965).
+//!
+//! Parameters: density and two elastic constants. History: T̃.
+
+use crate::material::point_state;
+use crate::{IsotropicElasticity, Material, MaterialUpdate, PointOutput, StepKinematics};
+use estar_tensor::{Real, SymmetricTensor, Tensor};
+
+/// Isotropic elasticity in rate form.
+#[derive(Clone, Debug)]
+pub struct Elastic {
+    elasticity: IsotropicElasticity,
+}
+
+/// History of [`Elastic`].
+#[derive(Clone, Copy, Debug)]
+pub struct ElasticState<R> {
+    /// Rotated Cauchy stress T̃ = RᵀTR, Pa.
+    pub rotated_stress: SymmetricTensor<R>,
+}
+
+point_state!(ElasticState { rotated_stress: symmetric });
+
+impl Elastic {
+    /// The material with these constants.
+    pub fn new(elasticity: IsotropicElasticity) -> Self {
+        Self { elasticity }
+    }
+}
+
+impl Material for Elastic {
+    type State<R: Real> = ElasticState<R>;
+
+    const NEEDS_ROTATION: bool = true;
+
+    fn elasticity(&self) -> &IsotropicElasticity {
+        &self.elasticity
+    }
+
+    fn initial_state<R: Real>(&self) -> ElasticState<R> {
+        ElasticState { rotated_stress: SymmetricTensor::zero() }
+    }
+
+    #[inline(always)]
+    fn update<R: Real>(
+        &self,
+        old: &ElasticState<R>,
+        motion: &StepKinematics<R>,
+        time_step: f64,
+    ) -> MaterialUpdate<R, ElasticState<R>> {
+        let strain_increment = rotated_strain_increment(motion, time_step);
+        let rotated_stress = predicted_stress(&self.elasticity, &old.rotated_stress, &strain_increment);
+        MaterialUpdate {
+            // T_{n+1} = R_{n+1} T̃_{n+1} R_{n+1}ᵀ
+            stress: rotated_stress.pushed_by(&motion.rotation_new),
+            state: ElasticState { rotated_stress },
+            internal_energy: stress_power(&old.rotated_stress, &rotated_stress, &strain_increment),
+            plastic_dissipation: R::splat(0.0),
+        }
+    }
+
+    fn output(&self, state: &ElasticState<f64>, rotation: &Tensor<f64>) -> PointOutput {
+        PointOutput { cauchy_stress: state.rotated_stress.pushed_by(rotation), equivalent_plastic_strain: 0.0 }
+    }
+}
+
+/// Δt D̃ = Δt R_{n+½}ᵀ D R_{n+½}.
+#[inline(always)]
+pub(crate) fn rotated_strain_increment<R: Real>(motion: &StepKinematics<R>, time_step: f64) -> SymmetricTensor<R> {
+    let rate_of_deformation = motion.velocity_gradient.symmetric_part();
+    rate_of_deformation.pulled_by(&motion.rotation_half) * R::splat(time_step)
+}
+
+/// T̃_n + 2μ dev(Δt D̃) + k tr(Δt D̃) I = T̃_n + 2μ Δt D̃ + λ tr(Δt D̃) I.
+#[inline(always)]
+pub(crate) fn predicted_stress<R: Real>(
+    elasticity: &IsotropicElasticity,
+    stress_old: &SymmetricTensor<R>,
+    strain_increment: &SymmetricTensor<R>,
+) -> SymmetricTensor<R> {
+    let spherical = strain_increment.trace() * elasticity.lame_lambda();
+    strain_increment.mul_add(R::splat(2.0 * elasticity.shear_modulus()), stress_old).plus_spherical(spherical)
+}
+
+/// ½ (T_n + T_{n+1}) : Δt D.
+#[inline(always)]
+pub(crate) fn stress_power<R: Real>(
+    stress_old: &SymmetricTensor<R>,
+    stress_new: &SymmetricTensor<R>,
+    strain_increment: &SymmetricTensor<R>,
+) -> R {
+    (*stress_old + *stress_new).double_dot(strain_increment) * 0.5
+}

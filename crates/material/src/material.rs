@@ -1,0 +1,156 @@
+//! The seam between a theory and what drives it.
+
+use crate::{EStar, EStarTotal, Elastic, IsotropicElasticity, IsotropicHardening, KinematicHardening, StepKinematics};
+use estar_tensor::{Real, SymmetricTensor, Tensor};
+
+/// A constitutive theory with its parameters.
+pub trait Material: Clone + Send + Sync + 'static {
+    /// History at one quadrature point.
+    type State<R: Real>: PointState<R>;
+
+    /// Whether the theory reads the rotations of [`StepKinematics`]; they are not computed for one that does not.
+    const NEEDS_ROTATION: bool;
+
+    /// Density and elastic constants. No state of the material is stiffer, so they bound the stable time step.
+    fn elasticity(&self) -> &IsotropicElasticity;
+
+    /// History of the undeformed, stress-free material.
+    fn initial_state<R: Real>(&self) -> Self::State<R>;
+
+    /// Stress and history at t_{n+1} after the motion of one step of length `time_step` (s) from the history `old`.
+    ///
+    /// Same inputs, same outputs; `old` is never changed. Implementations are `#[inline(always)]`.
+    fn update<R: Real>(
+        &self,
+        old: &Self::State<R>,
+        motion: &StepKinematics<R>,
+        time_step: f64,
+    ) -> MaterialUpdate<R, Self::State<R>>;
+
+    /// What a user sees of a history whose rotation is `rotation`.
+    fn output(&self, state: &Self::State<f64>, rotation: &Tensor<f64>) -> PointOutput;
+}
+
+/// The numbers of a history, in one fixed order: for hashes, for files, for copies from lane to lane.
+pub trait PointState<R: Real>: Copy + Send + Sync + 'static {
+    /// The same history of another number type.
+    type Of<S: Real>: PointState<S>;
+
+    /// Calls `visit` with every number.
+    fn for_each(&self, visit: impl FnMut(R));
+
+    /// The history whose numbers `next` gives in the order of [`PointState::for_each`].
+    fn from_numbers<S: Real>(next: impl FnMut() -> S) -> Self::Of<S>;
+
+    /// The history of one lane.
+    fn lane(&self, lane: usize) -> Self::Of<f64> {
+        let mut numbers = [0.0; MOST_NUMBERS];
+        let mut count = 0;
+        self.for_each(|number| {
+            numbers[count] = number.lane(lane);
+            count += 1;
+        });
+        let mut next = 0;
+        Self::from_numbers(|| {
+            next += 1;
+            numbers[next - 1]
+        })
+    }
+}
+
+/// No history has more numbers than this.
+const MOST_NUMBERS: usize = 32;
+
+/// Implements [`PointState`] for a history from the order of its fields, each a number or a symmetric tensor.
+macro_rules! point_state {
+    ($state:ident { $($field:ident: $kind:ident),+ $(,)? }) => {
+        impl<R: estar_tensor::Real> $crate::PointState<R> for $state<R> {
+            type Of<S: estar_tensor::Real> = $state<S>;
+
+            #[inline]
+            fn for_each(&self, mut visit: impl FnMut(R)) {
+                $($crate::material::point_state!(@visit $kind self.$field, visit);)+
+            }
+
+            #[inline]
+            fn from_numbers<S: estar_tensor::Real>(mut next: impl FnMut() -> S) -> $state<S> {
+                $state { $($field: $crate::material::point_state!(@make $kind next)),+ }
+            }
+        }
+    };
+    (@visit number $value:expr, $visit:ident) => { $visit($value) };
+    (@visit symmetric $value:expr, $visit:ident) => { $value.0.into_iter().for_each(&mut $visit) };
+    (@make number $next:ident) => { $next() };
+    (@make symmetric $next:ident) => { estar_tensor::SymmetricTensor(std::array::from_fn(|_| $next())) };
+}
+pub(crate) use point_state;
+
+/// What an update gives back.
+#[derive(Clone, Copy, Debug)]
+pub struct MaterialUpdate<R, State> {
+    /// Cauchy stress T at t_{n+1}, Pa.
+    pub stress: SymmetricTensor<R>,
+    /// History at t_{n+1}.
+    pub state: State,
+    /// Stress power of the step ∫ T : D dt by the trapezoidal rule, J per m³ of the mid-step volume.
+    pub internal_energy: R,
+    /// The part of it that plastic flow dissipates, ∫ (T − α) : D_p dt, J/m³.
+    pub plastic_dissipation: R,
+}
+
+/// What a user sees of a quadrature point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointOutput {
+    /// Cauchy stress T, Pa.
+    pub cauchy_stress: SymmetricTensor<f64>,
+    /// Equivalent plastic strain ε̄ᵖ.
+    pub equivalent_plastic_strain: f64,
+}
+
+/// Every material that a deck can name: one variant a theory.
+#[derive(Clone, Debug)]
+pub enum MaterialModel {
+    /// Isotropic elasticity in rate form.
+    Elastic(Elastic),
+    /// E* theory, box-rate update, isotropic hardening.
+    EStar(EStar<()>),
+    /// E* theory, box-rate update, isotropic and kinematic hardening.
+    EStarKinematic(EStar<KinematicHardening>),
+    /// E* theory, total update.
+    EStarTotal(EStarTotal),
+}
+
+impl MaterialModel {
+    /// Isotropic elasticity in rate form: T□ = 2μ dev D + k tr(D) I.
+    pub fn elastic(elasticity: IsotropicElasticity) -> Self {
+        Self::Elastic(Elastic::new(elasticity))
+    }
+
+    /// E* theory in the box-rate update.
+    pub fn e_star_box_rate(
+        elasticity: IsotropicElasticity,
+        hardening: IsotropicHardening,
+        kinematic: KinematicHardening,
+    ) -> Self {
+        if kinematic.is_active() {
+            Self::EStarKinematic(EStar::new(elasticity, hardening, kinematic))
+        } else {
+            Self::EStar(EStar::new(elasticity, hardening, ()))
+        }
+    }
+
+    /// E* theory in the total update.
+    pub fn e_star_total(elasticity: IsotropicElasticity, hardening: IsotropicHardening) -> Self {
+        Self::EStarTotal(EStarTotal::new(elasticity, hardening))
+    }
+
+    /// Density and elastic constants.
+    pub fn elasticity(&self) -> &IsotropicElasticity {
+        match self {
+            Self::Elastic(material) => material.elasticity(),
+            Self::EStar(material) => material.elasticity(),
+            Self::EStarKinematic(material) => material.elasticity(),
+            Self::EStarTotal(material) => material.elasticity(),
+        }
+    }
+}
