@@ -1,0 +1,310 @@
+//! `[material.NAME]`.
+
+use super::decoder::{Decoder, FromDeck};
+use super::macros::{deck_choice, deck_table, deck_variants};
+use super::schema::{QuantitySchema, Schema};
+use super::tree::{Node, Value};
+use super::units::Dimension;
+use super::values::{Number, Quantity, Stress, decode_pairs};
+use crate::diagnostics::{Diagnostic, listed};
+use estar_material::{ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, MaterialModel};
+
+deck_table! {
+    /// A material, under a name of your own. Its elasticity is given by any two of `young_modulus`, `poisson_ratio`,
+    /// `bulk_modulus`, `shear_modulus` and `lame_lambda`.
+    pub struct MaterialTable {
+        /// Mass per undeformed volume.
+        density: Quantity<super::values::Density> = required,
+        /// Young's modulus E, greater than 0.
+        young_modulus: Quantity<Stress> = optional,
+        /// Poisson's ratio ν, between -1 and 0.5.
+        poisson_ratio: Quantity<Number> = optional,
+        /// Bulk modulus k, greater than 0.
+        bulk_modulus: Quantity<Stress> = optional,
+        /// Shear modulus μ, greater than 0.
+        shear_modulus: Quantity<Stress> = optional,
+        /// First Lamé constant λ.
+        lame_lambda: Quantity<Stress> = optional,
+        /// The theory, with its own keys.
+        theory: Theory = flatten,
+    }
+}
+
+deck_variants! {
+    /// The constitutive theory.
+    pub enum Theory by theory {
+        /// Finite elastoplasticity with von Mises yielding in the rotated (box) frame.
+        EStar = "e-star" {
+            /// How the stress follows from the motion.
+            update: Update = default("'box-rate'"),
+            /// The yield surface.
+            yield_surface: YieldSurface = default("{ kind = 'von-mises' }"),
+            /// Isotropic hardening.
+            hardening: IsotropicHardening = required,
+            /// Kinematic hardening; off unless given. `update = "box-rate"` only.
+            kinematic: KinematicHardening = optional,
+        }
+        /// Isotropic elasticity in rate form (box rate), without yielding.
+        Elastic = "elastic" {}
+    }
+}
+
+/// How the stress of the E* theory follows from the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Update {
+    /// By the box rate of the stress.
+    BoxRate,
+    /// By the total elastic strain.
+    Total,
+}
+
+deck_choice! { Update {
+    "box-rate" => Update::BoxRate, "hypoelastic, by the rate of the rotated stress";
+    "total" => Update::Total, "from the total elastic strain E*; isotropic hardening only";
+} }
+
+deck_variants! {
+    /// Which stresses yield.
+    pub enum YieldSurface by kind {
+        /// The second invariant of the deviator.
+        VonMises = "von-mises" {}
+    }
+}
+
+deck_variants! {
+    /// The flow stress σ as a function of the equivalent plastic strain ε.
+    pub enum HardeningTable by law {
+        /// σ = yield_stress.
+        Perfect = "perfect" {
+            /// Stress at first yield.
+            yield_stress: Quantity<Stress> = required,
+        }
+        /// σ = yield_stress + modulus ε.
+        Linear = "linear" {
+            /// Stress at first yield.
+            yield_stress: Quantity<Stress> = required,
+            /// Slope of the flow stress.
+            modulus: Quantity<Stress> = required,
+        }
+        /// σ = yield_stress + (saturation_stress − yield_stress)(1 − exp(−saturation_exponent ε)).
+        Voce = "voce" {
+            /// Stress at first yield.
+            yield_stress: Quantity<Stress> = required,
+            /// Stress that is approached, not below `yield_stress`.
+            saturation_stress: Quantity<Stress> = required,
+            /// How fast it is approached.
+            saturation_exponent: Quantity<Number> = required,
+        }
+        /// As `voce`, plus modulus ε.
+        Saturation = "saturation" {
+            /// Stress at first yield.
+            yield_stress: Quantity<Stress> = required,
+            /// Stress that is approached, not below `yield_stress`.
+            saturation_stress: Quantity<Stress> = required,
+            /// How fast it is approached.
+            saturation_exponent: Quantity<Number> = required,
+            /// Slope that remains.
+            modulus: Quantity<Stress> = required,
+        }
+        /// σ = yield_stress + coefficient ε^exponent.
+        Ludwik = "ludwik" {
+            /// Stress at first yield.
+            yield_stress: Quantity<Stress> = required,
+            /// Factor of the power.
+            coefficient: Quantity<Stress> = required,
+            /// Exponent, greater than 0 and at most 1.
+            exponent: Quantity<Number> = required,
+        }
+        /// σ = coefficient (initial_strain + ε)^exponent.
+        Swift = "swift" {
+            /// Factor of the power.
+            coefficient: Quantity<Stress> = required,
+            /// Strain that precedes the first yield, greater than 0.
+            initial_strain: Quantity<Number> = required,
+            /// Exponent, greater than 0 and at most 1.
+            exponent: Quantity<Number> = required,
+        }
+        /// Straight between points, constant beyond the last; either `points` or `file`.
+        Tabulated = "tabulated" {
+            /// The points [strain, stress]; strains increase from 0, stresses do not fall.
+            points: TablePoints = optional,
+            /// A CSV file of `strain,stress` rows in SI units, relative to the deck; a head line is skipped.
+            file: String = optional,
+        }
+    }
+}
+
+deck_variants! {
+    /// The motion of the yield surface's centre.
+    pub enum KinematicTable by law {
+        /// Linear: rate of the back stress ⅔ modulus D_p.
+        Prager = "prager" {
+            /// Modulus, 0 or greater.
+            modulus: Quantity<Stress> = required,
+        }
+        /// With dynamic recovery: saturates at the uniaxial back stress modulus/recovery.
+        ArmstrongFrederick = "armstrong-frederick" {
+            /// Modulus, 0 or greater.
+            modulus: Quantity<Stress> = required,
+            /// Recovery, 0 or greater.
+            recovery: Quantity<Number> = required,
+        }
+    }
+}
+
+/// Points [strain, stress].
+#[derive(Clone, Debug)]
+pub struct TablePoints(Vec<[f64; 2]>);
+
+impl FromDeck for TablePoints {
+    fn schema() -> Schema {
+        let quantity = |dimension| QuantitySchema { dimension: Some(dimension), bound: None };
+        Schema::Points(quantity(Dimension::NUMBER), quantity(Dimension::STRESS))
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        decode_pairs::<Number, Stress>(node, decoder, "[strain, stress]").map(Self)
+    }
+}
+
+impl FromDeck for IsotropicHardening {
+    fn schema() -> Schema {
+        HardeningTable::schema()
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let law = match HardeningTable::decode(node, decoder)? {
+            HardeningTable::Perfect { yield_stress } => Self::perfect(yield_stress.value),
+            HardeningTable::Linear { yield_stress, modulus } => Self::linear(yield_stress.value, modulus.value),
+            HardeningTable::Voce { yield_stress, saturation_stress, saturation_exponent } => {
+                Self::voce(yield_stress.value, saturation_stress.value, saturation_exponent.value)
+            }
+            HardeningTable::Saturation { yield_stress, saturation_stress, saturation_exponent, modulus } => {
+                Self::saturation(yield_stress.value, saturation_stress.value, saturation_exponent.value, modulus.value)
+            }
+            HardeningTable::Ludwik { yield_stress, coefficient, exponent } => {
+                Self::ludwik(yield_stress.value, coefficient.value, exponent.value)
+            }
+            HardeningTable::Swift { coefficient, initial_strain, exponent } => {
+                Self::swift(coefficient.value, initial_strain.value, exponent.value)
+            }
+            HardeningTable::Tabulated { points, file } => {
+                let points = table(points, file, node, decoder)?;
+                Self::tabulated(&points)
+            }
+        };
+        decoder.parameter(node, law)
+    }
+}
+
+/// The points of a tabulated law, from the deck or from a file.
+fn table(points: Option<TablePoints>, file: Option<String>, node: &Node, decoder: &mut Decoder) -> Option<Vec<[f64; 2]>> {
+    match (points, file) {
+        (Some(points), None) => Some(points.0),
+        (None, Some(file)) => {
+            let span = match &node.value {
+                Value::Table(table) => table.get("file").map_or(node.span, |entry| entry.node.span),
+                _ => node.span,
+            };
+            read_table(&decoder.file(&file))
+                .map_err(|fault| {
+                    let message = format!("`{}.file` cannot be used: {fault}", decoder.place());
+                    decoder.report(Diagnostic::error(message).at(span, "this file").help("one `strain,stress` a line"));
+                })
+                .ok()
+        }
+        (given, _) => {
+            let fault = if given.is_some() { "has both `points` and `file`" } else { "lacks `points` or `file`" };
+            let message = format!("`{}` {fault}", decoder.place());
+            decoder.report(Diagnostic::error(message).at(node.span, "one of the two is needed"));
+            None
+        }
+    }
+}
+
+fn read_table(path: &std::path::Path) -> Result<Vec<[f64; 2]>, String> {
+    let text = super::source::read_text(path).map_err(|error| error.to_string())?;
+    let mut points = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let cells: Vec<Option<f64>> = line.split([',', ';']).map(|cell| cell.trim().parse().ok()).collect();
+        match cells[..] {
+            [Some(strain), Some(stress)] => points.push([strain, stress]),
+            _ if points.is_empty() && cells.iter().all(Option::is_none) => {}
+            _ => return Err(format!("line {} is not two numbers", index + 1)),
+        }
+    }
+    Ok(points)
+}
+
+impl FromDeck for KinematicHardening {
+    fn schema() -> Schema {
+        KinematicTable::schema()
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let law = match KinematicTable::decode(node, decoder)? {
+            KinematicTable::Prager { modulus } => Self::prager(modulus.value),
+            KinematicTable::ArmstrongFrederick { modulus, recovery } => {
+                Self::armstrong_frederick(modulus.value, recovery.value)
+            }
+        };
+        decoder.parameter(node, law)
+    }
+}
+
+impl FromDeck for MaterialModel {
+    fn schema() -> Schema {
+        MaterialTable::schema()
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let table = MaterialTable::decode(node, decoder)?;
+        let elasticity = elasticity(&table, node, decoder);
+        match table.theory {
+            Theory::Elastic {} => Some(Self::elastic(elasticity?)),
+            Theory::EStar { update: Update::BoxRate, hardening, kinematic, .. } => {
+                Some(Self::e_star_box_rate(elasticity?, hardening, kinematic.unwrap_or(KinematicHardening::NONE)))
+            }
+            Theory::EStar { update: Update::Total, kinematic: Some(law), .. } if law.is_active() => {
+                let span = match &node.value {
+                    Value::Table(table) => table.get("kinematic").map_or(node.span, |entry| entry.key_span),
+                    _ => node.span,
+                };
+                let message = format!("`{}`: the total update has no kinematic hardening", decoder.place());
+                let diagnostic = Diagnostic::error(message).at(span, "kinematic hardening");
+                decoder.report(diagnostic.help("use update = \"box-rate\", or leave `kinematic` out"));
+                None
+            }
+            Theory::EStar { update: Update::Total, hardening, .. } => Some(Self::e_star_total(elasticity?, hardening)),
+        }
+    }
+}
+
+fn elasticity(table: &MaterialTable, node: &Node, decoder: &mut Decoder) -> Option<IsotropicElasticity> {
+    use ElasticConstant::{BulkModulus, LameLambda, PoissonRatio, ShearModulus, YoungModulus};
+    let constants: Vec<ElasticConstant> = [
+        table.young_modulus.map(|constant| YoungModulus(constant.value)),
+        table.poisson_ratio.map(|constant| PoissonRatio(constant.value)),
+        table.bulk_modulus.map(|constant| BulkModulus(constant.value)),
+        table.shear_modulus.map(|constant| ShearModulus(constant.value)),
+        table.lame_lambda.map(|constant| LameLambda(constant.value)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    if let [first, second] = constants[..] {
+        return decoder.parameter(node, IsotropicElasticity::new(table.density.value, first, second));
+    }
+    let given = match &constants[..] {
+        [] => "none".to_owned(),
+        constants => listed(constants.iter().map(|constant| constant.name())),
+    };
+    let message = format!("`{}` needs two elastic constants, but has {given}", decoder.place());
+    let all = "any two of young_modulus, poisson_ratio, bulk_modulus, shear_modulus, lame_lambda";
+    decoder.report(Diagnostic::error(message).at(node.span, "here").help(all));
+    None
+}

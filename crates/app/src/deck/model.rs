@@ -1,0 +1,182 @@
+//! `[mesh]`, `[[part]]`, and what acts on the body.
+
+use super::decoder::At;
+use super::macros::{deck_choice, deck_table, deck_variants};
+use super::values::{
+    Acceleration, GroupName, Length, MaterialName, MeshFile, NotNegative, Number, OfFaces, OfHexes, OfNodes, Positive,
+    Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
+};
+use estar_solver::{Curve, Direction, ElementKind, Interpolation};
+
+deck_table! {
+    /// The mesh: where it is and in which unit.
+    pub struct MeshTable {
+        /// The file: Gmsh 4.1 or 2.2 (`.msh`, ASCII or binary) or Abaqus (`.inp`).
+        file: MeshFile = required,
+        /// Length of the file's unit, m: 1e-3 for a file in mm.
+        scale: Quantity<Positive<Number>> = default("1.0"),
+    }
+}
+
+deck_table! {
+    /// Hexes of one material and one element formulation. Every hex of the mesh belongs to exactly one part.
+    pub struct PartTable {
+        /// The hexes.
+        group: GroupName<OfHexes> = required,
+        /// Their material.
+        material: MaterialName = required,
+        /// Their element.
+        element: ElementKind = default("'hex8-f-bar'"),
+    }
+}
+
+deck_choice! { ElementKind {
+    "hex8-f-bar" => ElementKind::Hex8FBar, "eight nodes, full integration, F-bar against volumetric locking";
+    "hex8" => ElementKind::Hex8, "eight nodes, full integration; locks when the volume hardly changes";
+} }
+
+deck_table! {
+    /// Velocity at time 0: a translation, a rotation, or both. Where groups overlap, the later entry holds.
+    pub struct InitialVelocityTable {
+        /// The nodes that move.
+        group: GroupName<OfNodes> = required,
+        /// Velocity of translation.
+        value: Vector<Velocity> = optional,
+        /// Rotation.
+        angular: AngularTable = optional,
+    }
+}
+
+deck_table! {
+    /// Rotation about a centre.
+    pub struct AngularTable {
+        /// Rate of rotation about the axes x, y, z.
+        rate: Vector<Rate> = required,
+        /// Centre of rotation.
+        centre: Vector<Length> = default("[0.0, 0.0, 0.0]"),
+    }
+}
+
+deck_table! {
+    /// Nodes that do not move in some directions.
+    pub struct FixTable {
+        /// The nodes.
+        group: GroupName<OfNodes> = required,
+        /// The directions.
+        directions: Vec<At<Direction>> = required,
+    }
+}
+
+deck_choice! { Direction {
+    "x" => Direction::X, "along x";
+    "y" => Direction::Y, "along y";
+    "z" => Direction::Z, "along z";
+} }
+
+deck_table! {
+    /// Nodes whose motion in one direction is given.
+    pub struct PrescribedTable {
+        /// The nodes.
+        group: GroupName<OfNodes> = required,
+        /// The direction.
+        direction: At<Direction> = required,
+        /// What the curve gives, with the curve.
+        motion: Motion = flatten,
+        /// How the curve runs between its points.
+        interpolation: Interpolation = default("'linear'"),
+    }
+}
+
+deck_variants! {
+    /// What the curve gives.
+    pub enum Motion by quantity {
+        /// Displacement from the first position.
+        Displacement = "displacement" {
+            /// Points [time, displacement], times increasing; constant before the first and after the last.
+            curve: TimePoints<Length> = required,
+        }
+        /// Velocity.
+        Velocity = "velocity" {
+            /// Points [time, velocity], times increasing; constant before the first and after the last.
+            curve: TimePoints<Velocity> = required,
+        }
+        /// Acceleration; the motion starts at rest.
+        Acceleration = "acceleration" {
+            /// Points [time, acceleration], times increasing; constant before the first and after the last.
+            curve: TimePoints<Acceleration> = required,
+        }
+    }
+}
+
+deck_choice! { Interpolation {
+    "linear" => Interpolation::Linear, "straight lines";
+    "smooth" => Interpolation::Smooth, "a quintic from point to point, at rest at each of them";
+} }
+
+deck_table! {
+    /// Pressure on faces. It acts on the current area along the current normal.
+    pub struct PressureTable {
+        /// The faces.
+        group: GroupName<OfFaces> = required,
+        /// Points [time, pressure], positive into the body; constant before the first and after the last.
+        curve: TimePoints<Stress> = required,
+        /// How the curve runs between its points.
+        interpolation: Interpolation = default("'linear'"),
+    }
+}
+
+deck_table! {
+    /// Force per reference area of faces, in a fixed direction.
+    pub struct TractionTable {
+        /// The faces.
+        group: GroupName<OfFaces> = required,
+        /// Direction of the force; its length does not matter.
+        direction: UnitVector = required,
+        /// Points [time, traction]; constant before the first and after the last.
+        curve: TimePoints<Stress> = required,
+        /// How the curve runs between its points.
+        interpolation: Interpolation = default("'linear'"),
+    }
+}
+
+deck_table! {
+    /// Acceleration of free fall, on every node.
+    pub struct GravityTable {
+        /// The acceleration.
+        acceleration: Vector<Acceleration> = required,
+    }
+}
+
+deck_table! {
+    /// A plane that no node passes.
+    pub struct RigidWallTable {
+        /// A point of the plane.
+        point: Vector<Length> = required,
+        /// Normal of the plane, into the body's side; its length does not matter.
+        normal: UnitVector = required,
+        /// Coulomb's coefficient of friction.
+        friction: Quantity<NotNegative<Number>> = default("0.0"),
+    }
+}
+
+impl Motion {
+    /// The curve with an interpolation, checked when it was read.
+    pub fn curve(&self, interpolation: Interpolation) -> Option<Curve> {
+        match self {
+            Self::Displacement { curve } => curve.curve(interpolation),
+            Self::Velocity { curve } => curve.curve(interpolation),
+            Self::Acceleration { curve } => curve.curve(interpolation),
+        }
+        .ok()
+    }
+
+    /// What the curve gives.
+    pub fn quantity(&self) -> estar_solver::Quantity {
+        match self {
+            Self::Displacement { .. } => estar_solver::Quantity::Displacement,
+            Self::Velocity { .. } => estar_solver::Quantity::Velocity,
+            Self::Acceleration { .. } => estar_solver::Quantity::Acceleration,
+        }
+    }
+}
+

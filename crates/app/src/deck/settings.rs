@@ -1,0 +1,58 @@
+//! `[time]` and `[output]`.
+
+use super::macros::{deck_choice, deck_table};
+use super::values::{Count, Fraction, NotNegative, Number, Positive, Quantity, Time};
+use crate::fields::Field;
+use super::decoder::At;
+
+deck_table! {
+    /// Time integration.
+    pub struct TimeTable {
+        /// Time at which the simulation ends.
+        end: Quantity<Positive<Time>> = required,
+        /// Fraction of the stable time step that is used.
+        safety_factor: Quantity<Fraction> = default("0.9"),
+        /// Bulk viscosity; off unless given.
+        bulk_viscosity: BulkViscosityTable = optional,
+        /// Largest |energy error| before the run stops, as a fraction of the energy put in.
+        energy_error_limit: Quantity<Positive<Number>> = default("'10 %'"),
+    }
+}
+
+deck_table! {
+    /// A pressure against fast volume change, which smooths shocks and damps ringing.
+    pub struct BulkViscosityTable {
+        /// Factor of the linear part.
+        linear: Quantity<NotNegative<Number>> = default("0.06"),
+        /// Factor of the quadratic part, which acts in compression only.
+        quadratic: Quantity<NotNegative<Number>> = default("1.2"),
+    }
+}
+
+deck_table! {
+    /// What is written, and when. Rows and frames are taken at the first step at or after their time: output never
+    /// changes the steps.
+    pub struct OutputTable {
+        /// Number of equal intervals between frames: time 0 and the end are frames, too. 20 unless `every` is given.
+        frames: At<Count> = optional,
+        /// Time between frames; instead of `frames`.
+        every: At<Quantity<Positive<Time>>> = optional,
+        /// Time between rows of history.csv; a thousandth of the end unless `history_steps` is given.
+        history: At<Quantity<Positive<Time>>> = optional,
+        /// Steps between rows of history.csv; instead of `history`.
+        history_steps: At<Count> = optional,
+        /// Fields of the frames.
+        fields: Vec<Field> = default(
+            "['displacement', 'velocity', 'cauchy_stress', 'equivalent_plastic_strain', 'von_mises_stress', 'pressure', 'volume_ratio']"),
+    }
+}
+
+deck_choice! { Field {
+    "displacement" => Field::Displacement, "of nodes, m";
+    "velocity" => Field::Velocity, "of nodes, m/s";
+    "cauchy_stress" => Field::CauchyStress, "mean over the hex: XX YY ZZ XY YZ XZ, Pa";
+    "equivalent_plastic_strain" => Field::EquivalentPlasticStrain, "mean over the hex";
+    "von_mises_stress" => Field::VonMisesStress, "mean over the hex, Pa";
+    "pressure" => Field::Pressure, "minus a third of the stress's trace, mean over the hex, Pa";
+    "volume_ratio" => Field::VolumeRatio, "current over first volume, as the material sees it (F-bar)";
+} }

@@ -1,0 +1,526 @@
+//! Values that many keys share: quantities, vectors, curves, names.
+
+use super::decoder::{At, Decoder, FromDeck, GroupMention, Mention, Named};
+use super::schema::{QuantitySchema, Schema};
+use super::tree::{Node, Value};
+use super::units::{self, Dimension, Measured, UnitError};
+use crate::diagnostics::{Diagnostic, Span};
+use estar_mesh::GroupKind;
+use estar_solver::{Curve, CurveError, Interpolation};
+use std::marker::PhantomData;
+use std::path::PathBuf;
+
+/// What a quantity measures and what it may be.
+pub trait Measure {
+    /// Its dimension.
+    const DIMENSION: Dimension;
+    /// Its bound in words, if any.
+    const BOUND: Option<&'static str> = None;
+    /// Whether a value is within the bound.
+    fn allows(value: f64) -> bool {
+        value.is_finite()
+    }
+}
+
+macro_rules! measures {
+    ($( $(#[$doc:meta])* $name:ident = $dimension:ident; )*) => { $(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name;
+        impl Measure for $name {
+            const DIMENSION: Dimension = Dimension::$dimension;
+        }
+    )* };
+}
+
+measures! {
+    /// A pure number.
+    Number = NUMBER;
+    /// A length, m.
+    Length = LENGTH;
+    /// A time, s.
+    Time = TIME;
+    /// A density, kg/m³.
+    Density = DENSITY;
+    /// A stress, Pa.
+    Stress = STRESS;
+    /// A velocity, m/s.
+    Velocity = VELOCITY;
+    /// An acceleration, m/s².
+    Acceleration = ACCELERATION;
+    /// A rate of rotation, rad/s.
+    Rate = RATE;
+}
+
+/// `M`, greater than 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Positive<M>(PhantomData<M>);
+
+impl<M: Measure> Measure for Positive<M> {
+    const DIMENSION: Dimension = M::DIMENSION;
+    const BOUND: Option<&'static str> = Some("greater than 0");
+    fn allows(value: f64) -> bool {
+        M::allows(value) && value > 0.0
+    }
+}
+
+/// `M`, 0 or greater.
+#[derive(Clone, Copy, Debug)]
+pub struct NotNegative<M>(PhantomData<M>);
+
+impl<M: Measure> Measure for NotNegative<M> {
+    const DIMENSION: Dimension = M::DIMENSION;
+    const BOUND: Option<&'static str> = Some("0 or greater");
+    fn allows(value: f64) -> bool {
+        M::allows(value) && value >= 0.0
+    }
+}
+
+/// A fraction of one: greater than 0, at most 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Fraction;
+
+impl Measure for Fraction {
+    const DIMENSION: Dimension = Dimension::NUMBER;
+    const BOUND: Option<&'static str> = Some("greater than 0 and at most 1");
+    fn allows(value: f64) -> bool {
+        value > 0.0 && value <= 1.0
+    }
+}
+
+/// A quantity in SI units.
+#[derive(Clone, Copy, Debug)]
+pub struct Quantity<M> {
+    /// The value in SI units.
+    pub value: f64,
+    measure: PhantomData<M>,
+}
+
+fn quantity_schema<M: Measure>() -> QuantitySchema {
+    QuantitySchema { dimension: Some(M::DIMENSION), bound: M::BOUND }
+}
+
+impl<M: Measure> FromDeck for Quantity<M> {
+    fn schema() -> Schema {
+        Schema::Quantity(quantity_schema::<M>())
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let measured = decode_measured(node, decoder, Some(M::DIMENSION))?;
+        if let Some(dimension) = measured.dimension
+            && dimension != M::DIMENSION
+        {
+            wrong_dimension(node.span, dimension, M::DIMENSION, decoder);
+            return None;
+        }
+        if !M::allows(measured.value) {
+            let bound = M::BOUND.filter(|_| measured.value.is_finite()).unwrap_or("a finite number");
+            let diagnostic = Diagnostic::error(format!("`{}` must be {bound}", decoder.place()));
+            decoder.report(diagnostic.at(node.span, format!("this is {:?}", measured.value)));
+            return None;
+        }
+        Some(Self { value: measured.value, measure: PhantomData })
+    }
+}
+
+/// Reports a unit of the wrong dimension.
+pub fn wrong_dimension(span: Span, given: Dimension, wanted: Dimension, decoder: &mut Decoder) {
+    let message = format!("`{}` must be {wanted}, not {given}", decoder.place());
+    let label = format!("its unit is that of {given}");
+    let help = format!("{wanted} is a number in {} or a string such as \"{}\"", wanted.si_unit(), wanted.example());
+    decoder.report(Diagnostic::error(message).at(span, label).help(help));
+}
+
+/// A number, or a string with a unit of any dimension.
+fn decode_measured(node: &Node, decoder: &mut Decoder, wanted: Option<Dimension>) -> Option<Measured> {
+    let wanted_text = || match wanted {
+        Some(dimension) => {
+            format!("a number in {} or a string such as \"{}\"", dimension.si_unit(), dimension.example())
+        }
+        None => "a number or a string with a unit".to_owned(),
+    };
+    let text = match &node.value {
+        Value::Integer(text) | Value::Float(text) => {
+            let value = text.parse().unwrap_or(f64::NAN);
+            return Some(Measured { value, dimension: None, is_percentage: false });
+        }
+        Value::Text(text) => text,
+        _ => {
+            decoder.wrong_type(node, &wanted_text());
+            return None;
+        }
+    };
+    match units::parse(text) {
+        Ok(measured) => Some(measured),
+        Err(error) => {
+            let label = match &error {
+                UnitError::Unknown { similar: Some(similar), .. } => format!("did you mean `{similar}`?"),
+                other => other.to_string(),
+            };
+            let diagnostic = Diagnostic::error(format!("`{}` cannot be read: {error}", decoder.place()));
+            decoder.report(diagnostic.at(node.span, label).help(wanted_text()));
+            None
+        }
+    }
+}
+
+/// A quantity whose dimension follows from another part of the deck.
+#[derive(Clone, Copy, Debug)]
+pub struct AnyQuantity(pub Measured);
+
+impl FromDeck for AnyQuantity {
+    fn schema() -> Schema {
+        Schema::Quantity(QuantitySchema { dimension: None, bound: None })
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let measured = decode_measured(node, decoder, None)?;
+        if !measured.value.is_finite() {
+            let diagnostic = Diagnostic::error(format!("`{}` must be a finite number", decoder.place()));
+            decoder.report(diagnostic.at(node.span, format!("this is {:?}", measured.value)));
+            return None;
+        }
+        Some(Self(measured))
+    }
+}
+
+/// Three quantities of one measure.
+#[derive(Clone, Copy, Debug)]
+pub struct Vector<M> {
+    /// The components in SI units.
+    pub value: [f64; 3],
+    measure: PhantomData<M>,
+}
+
+impl<M: Measure> FromDeck for Vector<M> {
+    fn schema() -> Schema {
+        Schema::Vector(quantity_schema::<M>(), 3)
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let wanted = "a list of three numbers [x, y, z]";
+        let Value::List(list) = &node.value else {
+            decoder.wrong_type(node, wanted);
+            return None;
+        };
+        let mut component = |node| Quantity::<M>::decode(node, decoder).map(|quantity| quantity.value);
+        let components: Vec<Option<f64>> = list.iter().map(&mut component).collect();
+        let [x, y, z] = components[..] else {
+            let message = format!("`{}` must have three components, not {}", decoder.place(), list.len());
+            decoder.report(Diagnostic::error(message).at(node.span, wanted));
+            return None;
+        };
+        Some(Self { value: [x?, y?, z?], measure: PhantomData })
+    }
+}
+
+/// A direction: a vector other than zero, brought to length 1.
+#[derive(Clone, Copy, Debug)]
+pub struct UnitVector(pub [f64; 3]);
+
+impl FromDeck for UnitVector {
+    fn schema() -> Schema {
+        Schema::Vector(QuantitySchema { dimension: Some(Dimension::NUMBER), bound: Some("not all 0") }, 3)
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let vector = Vector::<Number>::decode(node, decoder)?.value;
+        // scaled first, so that no square can overflow
+        let largest = vector.iter().fold(0.0_f64, |largest, c| largest.max(c.abs()));
+        let scaled = vector.map(|c| c / largest);
+        let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
+        if largest == 0.0 || !length.is_finite() {
+            let message = format!("`{}` must have a direction", decoder.place());
+            decoder.report(Diagnostic::error(message).at(node.span, "a vector other than zero is needed"));
+            return None;
+        }
+        Some(Self(scaled.map(|c| c / length)))
+    }
+}
+
+/// Points of a function of time.
+#[derive(Clone, Debug)]
+pub struct TimePoints<M> {
+    points: Vec<[f64; 2]>,
+    measure: PhantomData<M>,
+}
+
+impl<M: Measure> TimePoints<M> {
+    /// The curve through the points, which were checked when they were read.
+    pub fn curve(&self, interpolation: Interpolation) -> Result<Curve, CurveError> {
+        Curve::new(self.points.clone(), interpolation)
+    }
+}
+
+impl<M: Measure> FromDeck for TimePoints<M> {
+    fn schema() -> Schema {
+        Schema::Points(quantity_schema::<Time>(), quantity_schema::<M>())
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let points = decode_pairs::<Time, M>(node, decoder, "[time, value]")?;
+        if let Err(error) = Curve::new(points.clone(), Interpolation::Linear) {
+            let culprit = match error {
+                CurveError::NotIncreasing { index, .. } | CurveError::NotFinite { index } => Some(index),
+                CurveError::Empty => None,
+            };
+            let span = match (&node.value, culprit) {
+                (Value::List(list), Some(index)) => list.get(index).map_or(node.span, |point| point.span),
+                _ => node.span,
+            };
+            decoder.report(Diagnostic::error(format!("`{}`: {error}", decoder.place())).at(span, "here"));
+            return None;
+        }
+        Some(Self { points, measure: PhantomData })
+    }
+}
+
+/// A list of pairs of quantities.
+pub fn decode_pairs<X: Measure, Y: Measure>(node: &Node, decoder: &mut Decoder, pair: &str) -> Option<Vec<[f64; 2]>> {
+    let Value::List(list) = &node.value else {
+        decoder.wrong_type(node, &format!("a list of points {pair}"));
+        return None;
+    };
+    let mut points = Vec::with_capacity(list.len());
+    let mut is_good = true;
+    for point in list {
+        match &point.value {
+            Value::List(pair) if pair.len() == 2 => {
+                let x = Quantity::<X>::decode(&pair[0], decoder);
+                let y = Quantity::<Y>::decode(&pair[1], decoder);
+                match (x, y) {
+                    (Some(x), Some(y)) => points.push([x.value, y.value]),
+                    _ => is_good = false,
+                }
+            }
+            _ => {
+                let message = format!("a point of `{}` must be {pair}", decoder.place());
+                decoder.report(Diagnostic::error(message).at(point.span, format!("{pair} is needed")));
+                is_good = false;
+            }
+        }
+    }
+    is_good.then_some(points)
+}
+
+impl FromDeck for String {
+    fn schema() -> Schema {
+        Schema::Text("a string")
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        match &node.value {
+            Value::Text(text) => Some(text.clone()),
+            _ => {
+                decoder.wrong_type(node, "a string");
+                None
+            }
+        }
+    }
+}
+
+/// A whole number from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Count(pub u64);
+
+impl FromDeck for Count {
+    fn schema() -> Schema {
+        Schema::Count
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let count = match &node.value {
+            Value::Integer(text) => text.parse().ok().filter(|count| *count > 0),
+            _ => None,
+        };
+        if count.is_none() {
+            let message = format!("`{}` must be a whole number from 1", decoder.place());
+            decoder.report(Diagnostic::error(message).at(node.span, "a whole number from 1 is needed"));
+        }
+        count.map(Self)
+    }
+}
+
+impl<T: FromDeck> FromDeck for Vec<T> {
+    fn schema() -> Schema {
+        Schema::List(Box::new(T::schema()))
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let Value::List(list) = &node.value else {
+            let wanted = match T::schema() {
+                Schema::Table(_) => format!("a list of tables, each headed [[{}]]", decoder.place()),
+                _ => "a list".to_owned(),
+            };
+            decoder.wrong_type(node, &wanted);
+            return None;
+        };
+        let values: Vec<Option<T>> = list.iter().map(|node| T::decode(node, decoder)).collect();
+        values.into_iter().collect()
+    }
+}
+
+/// What a name must be to stand in messages, in ledgers and at the head of a column.
+pub fn checked_name(name: &str, span: Span, what: Named, decoder: &mut Decoder) -> Option<()> {
+    if !name.is_empty() && !name.chars().any(|c| c.is_control() || matches!(c, ',' | '"' | ';')) {
+        return Some(());
+    }
+    let message = format!("a {what} cannot be named {name:?}");
+    let help = "a name has at least one character, and none of these: comma, semicolon, quote, line break";
+    decoder.report(Diagnostic::error(message).at(span, "this name").help(help));
+    None
+}
+
+/// Tables under names that the user gives.
+#[derive(Clone, Debug)]
+pub struct Materials<T>(pub Vec<(String, T)>);
+
+impl<T: FromDeck> FromDeck for Materials<T> {
+    fn schema() -> Schema {
+        Schema::Named(Box::new(T::schema()))
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let Value::Table(table) = &node.value else {
+            decoder.wrong_type(node, "a table with a name, such as [material.copper]");
+            return None;
+        };
+        let mut values = Vec::new();
+        let mut is_good = true;
+        for entry in &table.entries {
+            let name = At { value: entry.key.clone(), span: entry.key_span };
+            is_good &= checked_name(&entry.key, entry.key_span, Named::Material, decoder).is_some();
+            decoder.definitions.push(Mention { of: Named::Material, name });
+            match decoder.value(&entry.key, &entry.node) {
+                Some(value) => values.push((entry.key.clone(), value)),
+                None => is_good = false,
+            }
+        }
+        is_good.then_some(Self(values))
+    }
+}
+
+/// The name of a material of the deck.
+#[derive(Clone, Debug)]
+pub struct MaterialName(pub At<String>);
+
+impl FromDeck for MaterialName {
+    fn schema() -> Schema {
+        Schema::Text("the name of a material: NAME of [material.NAME]")
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let name = At::<String>::decode(node, decoder)?;
+        decoder.mentions.push(Mention { of: Named::Material, name: name.clone() });
+        Some(Self(name))
+    }
+}
+
+/// The name of a probe, where it is defined.
+#[derive(Clone, Debug)]
+pub struct NewProbeName(pub At<String>);
+
+impl FromDeck for NewProbeName {
+    fn schema() -> Schema {
+        Schema::Text("a name of your own, which heads the probe's column in history.csv")
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let name = At::<String>::decode(node, decoder)?;
+        decoder.definitions.push(Mention { of: Named::Probe, name: name.clone() });
+        checked_name(&name.value, name.span, Named::Probe, decoder)?;
+        Some(Self(name))
+    }
+}
+
+/// The name of a probe, where it is used.
+#[derive(Clone, Debug)]
+pub struct ProbeName(pub At<String>);
+
+impl FromDeck for ProbeName {
+    fn schema() -> Schema {
+        Schema::Text("the name of a probe")
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let name = At::<String>::decode(node, decoder)?;
+        decoder.mentions.push(Mention { of: Named::Probe, name: name.clone() });
+        Some(Self(name))
+    }
+}
+
+/// The file of the mesh.
+#[derive(Clone, Debug)]
+pub struct MeshFile(pub At<PathBuf>);
+
+impl FromDeck for MeshFile {
+    fn schema() -> Schema {
+        Schema::Text("a path, relative to the deck")
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let name = String::decode(node, decoder)?;
+        if name.is_empty() {
+            decoder.report(Diagnostic::error("the path of the mesh is empty").at(node.span, "a file is needed"));
+            return None;
+        }
+        let file = At { value: decoder.file(&name), span: node.span };
+        decoder.mesh_file = Some(file.clone());
+        Some(Self(file))
+    }
+}
+
+/// Which kinds of group a key takes.
+pub trait Kinds {
+    /// The kinds.
+    const KINDS: &'static [GroupKind];
+    /// The kinds in words.
+    const WORDS: &'static str;
+}
+
+/// A group of hexes.
+#[derive(Clone, Copy, Debug)]
+pub struct OfHexes;
+
+impl Kinds for OfHexes {
+    const KINDS: &'static [GroupKind] = &[GroupKind::Volume];
+    const WORDS: &'static str = "volume";
+}
+
+/// A group of faces.
+#[derive(Clone, Copy, Debug)]
+pub struct OfFaces;
+
+impl Kinds for OfFaces {
+    const KINDS: &'static [GroupKind] = &[GroupKind::Surface];
+    const WORDS: &'static str = "surface";
+}
+
+/// A group of any kind.
+#[derive(Clone, Copy, Debug)]
+pub struct OfNodes;
+
+impl Kinds for OfNodes {
+    const KINDS: &'static [GroupKind] = &[GroupKind::Volume, GroupKind::Surface, GroupKind::Curve, GroupKind::Point];
+    const WORDS: &'static str = "volume, surface, curve or point";
+}
+
+/// The name of a group of the mesh.
+#[derive(Clone, Debug)]
+pub struct GroupName<K> {
+    /// The name.
+    pub name: At<String>,
+    kinds: PhantomData<K>,
+}
+
+impl<K: Kinds> FromDeck for GroupName<K> {
+    fn schema() -> Schema {
+        Schema::Group(K::WORDS)
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let name = At::<String>::decode(node, decoder)?;
+        decoder.groups.push(GroupMention { name: name.clone(), kinds: K::KINDS });
+        Some(Self { name, kinds: PhantomData })
+    }
+}

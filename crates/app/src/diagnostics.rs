@@ -1,0 +1,276 @@
+//! Messages about input: what is wrong, where it stands in the source, and what would be right.
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use std::ops::Range;
+
+/// A piece of text of one source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Span {
+    source: usize,
+    start: usize,
+    end: usize,
+}
+
+impl Span {
+    /// The bytes `range` of the source.
+    pub fn new(source: SourceId, range: Range<usize>) -> Self {
+        Self { source: source.0, start: range.start, end: range.end }
+    }
+
+    /// Its first byte, as an empty span.
+    pub fn beginning(self) -> Self {
+        Self { end: self.start, ..self }
+    }
+}
+
+/// A text of [`Sources`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SourceId(usize);
+
+/// The texts that spans point into: the deck, and every override of the command line as a file of its own.
+#[derive(Debug, Default)]
+pub struct Sources {
+    texts: Vec<Source>,
+}
+
+#[derive(Debug)]
+struct Source {
+    name: String,
+    text: String,
+}
+
+impl Sources {
+    /// Adds a text under the name that messages show.
+    pub fn add(&mut self, name: impl Into<String>, text: impl Into<String>) -> SourceId {
+        self.texts.push(Source { name: name.into(), text: text.into() });
+        SourceId(self.texts.len() - 1)
+    }
+
+    /// Line and column of the beginning of a span, both from 1; columns count characters.
+    pub fn position(&self, span: Span) -> (usize, usize) {
+        let text = self.texts.get(span.source).map_or("", |source| source.text.as_str());
+        let before = text.get(..span.start).unwrap_or(text);
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
+}
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    /// The input cannot be used.
+    Error,
+    /// The input can be used, but is probably not what was meant.
+    Warning,
+}
+
+/// One finding about the input.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    severity: Severity,
+    message: String,
+    labels: Vec<(Span, String)>,
+    help: Vec<String>,
+}
+
+impl Diagnostic {
+    /// An error.
+    pub fn error(message: impl Into<String>) -> Self {
+        Self { severity: Severity::Error, message: message.into(), labels: Vec::new(), help: Vec::new() }
+    }
+
+    /// A warning.
+    pub fn warning(message: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, ..Self::error(message) }
+    }
+
+    /// Underlines a span; the first one is where the fault is, others are what it contradicts.
+    #[must_use]
+    pub fn at(mut self, span: Span, label: impl Into<String>) -> Self {
+        self.labels.push((span, label.into()));
+        self
+    }
+
+    /// Adds what would be right.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help.push(help.into());
+        self
+    }
+
+    /// Adds what would be right, if there is something to say.
+    #[must_use]
+    pub fn help_if(self, help: Option<String>) -> Self {
+        match help {
+            Some(help) => self.help(help),
+            None => self,
+        }
+    }
+
+    /// How bad it is.
+    pub fn severity(&self) -> Severity {
+        self.severity
+    }
+
+    /// What is wrong, in one sentence.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// What would be right.
+    pub fn helps(&self) -> &[String] {
+        &self.help
+    }
+
+    /// Where the fault is.
+    pub fn span(&self) -> Option<Span> {
+        self.labels.first().map(|(span, _)| *span)
+    }
+
+    fn report<'a>(&'a self, sources: &'a Sources) -> Vec<Group<'a>> {
+        let level = match self.severity {
+            Severity::Error => Level::ERROR,
+            Severity::Warning => Level::WARNING,
+        };
+        let mut group = Group::with_title(level.primary_title(&self.message));
+        let mut shown: Vec<usize> = Vec::new();
+        for (span, _) in &self.labels {
+            if shown.contains(&span.source) {
+                continue;
+            }
+            shown.push(span.source);
+            let Some(source) = sources.texts.get(span.source) else { continue };
+            let annotations = self.labels.iter().enumerate().filter(|(_, (s, _))| s.source == span.source);
+            let snippet = Snippet::source(&source.text).path(&source.name).annotations(annotations.map(
+                |(index, (span, label))| {
+                    let kind = if index == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
+                    kind.span(visible(&source.text, *span)).label(label)
+                },
+            ));
+            group = group.element(snippet);
+        }
+        vec![self.with_help(group)]
+    }
+
+    fn with_help<'a>(&'a self, group: Group<'a>) -> Group<'a> {
+        group.elements(self.help.iter().map(|help| Level::HELP.message(help)))
+    }
+}
+
+/// The part of a span that is worth underlining: on one line, on character boundaries.
+fn visible(text: &str, span: Span) -> Range<usize> {
+    let boundary = |mut index: usize| {
+        index = index.min(text.len());
+        while !text.is_char_boundary(index) {
+            index -= 1;
+        }
+        index
+    };
+    let start = boundary(span.start);
+    let end = boundary(span.end.max(span.start));
+    let line = text[start..end].split(['\n', '\r']).next().unwrap_or_default();
+    start..start + line.len()
+}
+
+/// Everything found in one go.
+#[derive(Debug, Default)]
+pub struct Diagnostics {
+    found: Vec<Diagnostic>,
+}
+
+/// More messages than this help nobody.
+const MOST_SHOWN: usize = 40;
+
+impl Diagnostics {
+    /// Adds a finding.
+    pub fn push(&mut self, diagnostic: Diagnostic) {
+        self.found.push(diagnostic);
+    }
+
+    /// Whether there is an error among the findings.
+    pub fn has_errors(&self) -> bool {
+        self.found.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
+    }
+
+    /// The findings in the order of the text.
+    pub fn sorted(&self) -> Vec<&Diagnostic> {
+        let mut sorted: Vec<_> = self.found.iter().collect();
+        sorted.sort_by_key(|diagnostic| diagnostic.span());
+        sorted
+    }
+
+    /// All findings as a text for a terminal, coloured or plain.
+    pub fn render(&self, sources: &Sources, coloured: bool) -> String {
+        let renderer = if coloured { Renderer::styled() } else { Renderer::plain() };
+        let sorted = self.sorted();
+        let mut text = String::new();
+        for diagnostic in sorted.iter().take(MOST_SHOWN) {
+            text.push_str(&renderer.render(&diagnostic.report(sources)));
+            text.push_str("\n\n");
+        }
+        if sorted.len() > MOST_SHOWN {
+            text.push_str(&format!("... and {} more\n\n", sorted.len() - MOST_SHOWN));
+        }
+        let count = |severity| sorted.iter().filter(|diagnostic| diagnostic.severity == severity).count();
+        let errors = count(Severity::Error);
+        if errors > 0 {
+            text.push_str(&format!("{errors} error{} in the input\n", if errors == 1 { "" } else { "s" }));
+        }
+        text
+    }
+}
+
+/// The candidate most like `name`, if one is close enough to have been meant.
+pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let folded = |text: &str| text.to_lowercase().replace(['-', ' '], "_");
+    let wanted = folded(name);
+    let distance = |candidate: &str| strsim::damerau_levenshtein(&wanted, &folded(candidate));
+    let (distance, best) = candidates.into_iter().map(|candidate| (distance(candidate), candidate)).min()?;
+    (distance <= (wanted.chars().count() / 3).max(1)).then_some(best)
+}
+
+/// Names in back quotes, separated by commas.
+pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let quoted: Vec<_> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nearest_name_is_suggested_only_when_close() {
+        let names = ["young_modulus", "poisson_ratio", "density"];
+        assert_eq!(nearest("youngs_modulus", names), Some("young_modulus"));
+        assert_eq!(nearest("Young-modulus", names), Some("young_modulus"));
+        assert_eq!(nearest("densty", names), Some("density"));
+        assert_eq!(nearest("viscosity", names), None);
+        assert_eq!(nearest("", names), None);
+    }
+
+    #[test]
+    fn rendered_error_names_file_line_and_column_and_underlines() {
+        let mut sources = Sources::default();
+        let text = "first = 1\r\n\tsecond = \"x\"\r\n";
+        let id = sources.add("deck.toml", text);
+        let start = text.find("\"x\"").unwrap();
+        let mut diagnostics = Diagnostics::default();
+        diagnostics.push(Diagnostic::error("not a number").at(Span::new(id, start..start + 3), "text").help("write 2"));
+        let rendered = diagnostics.render(&sources, false);
+        assert!(rendered.contains("deck.toml:2:"), "{rendered}");
+        assert!(rendered.contains("^^^ text"), "{rendered}");
+        assert!(rendered.contains("help: write 2"), "{rendered}");
+    }
+
+    #[test]
+    fn spans_off_the_text_do_no_harm() {
+        let mut sources = Sources::default();
+        let id = sources.add("deck.toml", "µ");
+        let mut diagnostics = Diagnostics::default();
+        for range in [0..0, 1..1, 1..2, 0..9, 7..9] {
+            diagnostics.push(Diagnostic::error("fault").at(Span::new(id, range), "here"));
+        }
+        assert!(diagnostics.render(&sources, false).contains("5 errors"));
+    }
+}

@@ -1,0 +1,130 @@
+//! Fields on the mesh, by the names that a user reads and writes.
+
+use crate::deck::units::Dimension;
+
+/// A field of the frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// Displacement of nodes, m.
+    Displacement,
+    /// Velocity of nodes, m/s.
+    Velocity,
+    /// Cauchy stress of hexes, Pa.
+    CauchyStress,
+    /// Equivalent plastic strain of hexes.
+    EquivalentPlasticStrain,
+    /// Von Mises stress of hexes, Pa.
+    VonMisesStress,
+    /// Pressure of hexes, Pa.
+    Pressure,
+    /// Volume ratio of hexes.
+    VolumeRatio,
+}
+
+/// A field that a probe can follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProbeField {
+    /// Position of nodes, m.
+    Position,
+    /// Displacement of nodes, m.
+    Displacement,
+    /// Velocity of nodes, m/s.
+    Velocity,
+    /// Cauchy stress of hexes, Pa.
+    CauchyStress,
+    /// Equivalent plastic strain of hexes.
+    EquivalentPlasticStrain,
+    /// Von Mises stress of hexes, Pa.
+    VonMisesStress,
+    /// Pressure of hexes, Pa.
+    Pressure,
+    /// Volume ratio of hexes.
+    VolumeRatio,
+}
+
+impl ProbeField {
+    /// Whether the field lives on nodes, or else on hexes.
+    pub fn is_nodal(self) -> bool {
+        matches!(self, Self::Position | Self::Displacement | Self::Velocity)
+    }
+
+    /// Its dimension.
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Self::Position | Self::Displacement => Dimension::LENGTH,
+            Self::Velocity => Dimension::VELOCITY,
+            Self::CauchyStress | Self::VonMisesStress | Self::Pressure => Dimension::STRESS,
+            Self::EquivalentPlasticStrain | Self::VolumeRatio => Dimension::NUMBER,
+        }
+    }
+
+    /// The components that must be chosen from; none for a scalar.
+    pub fn components(self) -> &'static [Component] {
+        match self {
+            Self::Position | Self::Displacement | Self::Velocity => &Component::OF_VECTOR,
+            Self::CauchyStress => &Component::OF_TENSOR,
+            _ => &[],
+        }
+    }
+}
+
+/// A component of a vector or a tensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Component {
+    /// x.
+    X,
+    /// y.
+    Y,
+    /// z.
+    Z,
+    /// Length of a vector.
+    Magnitude,
+    /// xx.
+    Xx,
+    /// yy.
+    Yy,
+    /// zz.
+    Zz,
+    /// xy.
+    Xy,
+    /// yz.
+    Yz,
+    /// xz.
+    Xz,
+}
+
+impl Component {
+    const OF_VECTOR: [Self; 4] = [Self::X, Self::Y, Self::Z, Self::Magnitude];
+    const OF_TENSOR: [Self; 6] = [Self::Xx, Self::Yy, Self::Zz, Self::Xy, Self::Yz, Self::Xz];
+
+    /// The deck's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::Magnitude => "magnitude",
+            Self::Xx => "xx",
+            Self::Yy => "yy",
+            Self::Zz => "zz",
+            Self::Xy => "xy",
+            Self::Yz => "yz",
+            Self::Xz => "xz",
+        }
+    }
+
+    /// The component of a vector.
+    pub fn of_vector(self, vector: &[f64; 3]) -> f64 {
+        match self {
+            Self::X => vector[0],
+            Self::Y => vector[1],
+            Self::Z => vector[2],
+            _ => vector.iter().map(|c| c * c).sum::<f64>().sqrt(),
+        }
+    }
+
+    /// The component of a tensor in the order XX YY ZZ XY YZ XZ.
+    pub fn of_tensor(self, tensor: &[f64; 6]) -> f64 {
+        tensor[Self::OF_TENSOR.iter().position(|component| *component == self).unwrap_or(0)]
+    }
+}

@@ -1,0 +1,233 @@
+//! The deck: what is read, and what a user is told about what cannot be read.
+
+use estar::deck::{self, Reading};
+use std::path::Path;
+
+const GOOD: &str = r#"
+title = "Taylor bar"
+
+[mesh]
+file = "taylor.msh"
+scale = 1e-3
+
+[material.copper]
+theory = "e-star"
+density = 8930.0
+young_modulus = "117 GPa"
+poisson_ratio = 0.35
+hardening = { law = "linear", yield_stress = "400 MPa", modulus = "100 MPa" }
+
+[[part]]
+group = "bar"
+material = "copper"
+
+[[initial_velocity]]
+group = "bar"
+value = [0.0, 0.0, "-227 m/s"]
+
+[[fix]]
+group = "symmetry_x"
+directions = ["x"]
+
+[[rigid_wall]]
+point = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 2.0]
+
+[time]
+end = "80 us"
+
+[[probe]]
+name = "length"
+kind = "extent"
+group = "bar"
+axis = "z"
+
+[[expect]]
+probe = "length"
+value = "21.42 mm"
+tolerance = "0.3 %"
+"#;
+
+fn read(text: &str) -> Reading {
+    deck::read(Path::new("deck.toml"), text, &[])
+}
+
+/// What a user is told about a deck.
+fn told(text: &str) -> String {
+    let reading = read(text);
+    reading.decoder.diagnostics.render(&reading.sources, false)
+}
+
+/// What a user is told about the good deck after one replacement.
+fn told_after(from: &str, to: &str) -> String {
+    assert!(GOOD.contains(from), "{from}");
+    told(&GOOD.replacen(from, to, 1))
+}
+
+#[track_caller]
+fn assert_told(told: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(told.contains(part), "no {part:?} in\n{told}");
+    }
+}
+
+#[test]
+fn good_deck_is_read_in_si_units() {
+    let reading = read(GOOD);
+    assert_eq!(told(GOOD), "");
+    let deck = reading.deck.unwrap();
+    assert_eq!(deck.time.end.value, 80e-6);
+    assert_eq!(deck.initial_velocity[0].value.unwrap().value, [0.0, 0.0, -227.0]);
+    assert_eq!(deck.rigid_wall[0].normal.0, [0.0, 0.0, 1.0]);
+    assert_eq!(deck.expect[0].value.value.0.value, 21.42e-3);
+    assert_eq!(deck.material.0[0].1.elasticity().density(), 8930.0);
+}
+
+#[test]
+fn windows_line_ends_and_tabs_change_nothing() {
+    assert_eq!(told(&GOOD.replace('\n', "\r\n")), "");
+    assert_eq!(told(&GOOD.replace(" = ", "\t=\t")), "");
+    let told = told(&GOOD.replace('\n', "\r\n").replace("8930.0", "\"heavy\""));
+    assert_told(&told, &["deck.toml:10:11", "density = \"heavy\"", "^^^^^^^"]);
+}
+
+#[test]
+fn all_faults_are_told_at_once_each_with_its_place() {
+    let text = GOOD
+        .replace("density = 8930.0", "densty = 8930.0")
+        .replace("\"80 us\"", "\"80 mm\"")
+        .replace("axis = \"z\"", "axis = \"w\"")
+        .replace("normal = [0.0, 0.0, 2.0]", "normal = [0, 0, 0]")
+        .replace("probe = \"length\"", "probe = \"lenght\"");
+    assert_told(
+        &told(&text),
+        &[
+            "unknown key `densty` in `material.copper`",
+            "did you mean `density`?",
+            "`material.copper` lacks `density`",
+            "`time.end` must be a time, not a length",
+            "\"80 us\"",
+            "`probe.axis` cannot be \"w\"",
+            "the choices are `x`, `y`, `z`",
+            "must have a direction",
+            "there is no probe `lenght`",
+            "did you mean \"length\"?",
+            "6 errors in the input",
+        ],
+    );
+}
+
+#[test]
+fn a_broken_grammar_is_told_with_its_line() {
+    let told = told_after("end = \"80 us\"", "end = 80 us");
+    assert_told(&told, &["deck.toml:32:7", "end = 80 us"]);
+    assert_told(&self::told("a = 1\na = 2\n"), &["deck.toml:2:1", "duplicate key"]);
+}
+
+#[test]
+fn an_empty_deck_lacks_what_every_deck_needs() {
+    let told = told("");
+    assert_told(&told, &["lacks `mesh`", "lacks `material`", "lacks `part`", "lacks `time`", "4 errors"]);
+}
+
+#[test]
+fn wrong_types_say_what_is_needed() {
+    assert_told(&told_after("density = 8930.0", "density = [1]"), &["`material.copper.density` must be", "not a list"]);
+    assert_told(&told_after("directions = [\"x\"]", "directions = \"x\""), &["`fix.directions` must be a list"]);
+    assert_told(&told_after("[[part]]", "[part]"), &["`part` must be a list of tables, each headed [[part]]"]);
+    assert_told(&told_after("[0.0, 0.0, \"-227 m/s\"]", "[0.0, 1.0]"), &["must have three components, not 2"]);
+    assert_told(&told_after("title = \"Taylor bar\"", "title = 2024-01-01"), &["must be a string, not a date"]);
+}
+
+#[test]
+fn units_are_checked_and_suggested() {
+    assert_told(&told_after("117 GPa", "117 Gpa"), &["the unit `Gpa` is not known", "did you mean `GPa`?"]);
+    assert_told(&told_after("117 GPa", "117 GPa/s"), &["must be a stress, not a quantity in m^-1*kg^1*s^-3"]);
+    assert_told(&told_after("117 GPa", "117,5 GPa"), &["the decimal sign is a point"]);
+    assert_told(&told_after("\"117 GPa\"", "nan"), &["must be a finite number"]);
+    assert_told(&told_after("\"117 GPa\"", "\"1e999 GPa\""), &["must be a finite number"]);
+}
+
+#[test]
+fn material_bounds_are_told_at_the_parameter() {
+    let negative = told_after("density = 8930.0", "density = -1");
+    assert_told(&negative, &["deck.toml:10:11", "material.copper.density = -1.0 is not allowed", "greater than 0"]);
+    let incompressible = told_after("poisson_ratio = 0.35", "poisson_ratio = 0.5");
+    assert_told(&incompressible, &["deck.toml:12:17", "between -1 and 0.5"]);
+    let softening = told_after("modulus = \"100 MPa\"", "modulus = \"-100 MPa\"");
+    assert_told(&softening, &["deck.toml:13:", "material.copper.hardening.modulus"]);
+    let three = told_after("poisson_ratio = 0.35", "poisson_ratio = 0.35\nbulk_modulus = 1e11");
+    assert_told(&three, &["needs two elastic constants, but has `young_modulus`, `poisson_ratio`, `bulk_modulus`"]);
+}
+
+#[test]
+fn keys_of_another_choice_are_told_where_they_belong() {
+    let told = told_after("law = \"linear\"", "law = \"perfect\"");
+    assert_told(&told, &["unknown key `modulus` in `material.copper.hardening`", "belongs to law = \"linear\""]);
+    let told = told_after("theory = \"e-star\"", "theory = \"hencky\"");
+    assert_told(&told, &["cannot be \"hencky\"", "the choices are `e-star`, `elastic`", "1 error "]);
+    let told = told_after("kind = \"extent\"", "kind = \"extend\"");
+    assert_told(&told, &["did you mean \"extent\"?", "1 error "]);
+}
+
+#[test]
+fn the_total_update_refuses_kinematic_hardening() {
+    let told = told_after(
+        "poisson_ratio = 0.35",
+        "poisson_ratio = 0.35\nupdate = \"total\"\nkinematic = { law = \"prager\", modulus = \"1 GPa\" }",
+    );
+    assert_told(&told, &["no kinematic hardening", "use update = \"box-rate\""]);
+}
+
+#[test]
+fn curves_must_increase_in_time() {
+    let prescribed = |curve: &str| {
+        let entry = format!("[[prescribed]]\ngroup = \"top\"\ndirection = \"z\"\nquantity = \"velocity\"\ncurve = {curve}\n");
+        told(&format!("{GOOD}{entry}"))
+    };
+    assert_eq!(prescribed("[[0, 0], [\"1 ms\", \"3 m/s\"]]"), "");
+    assert_told(&prescribed("[[0, 0], [1, 1], [1, 2]]"), &["the times of the curve must increase: point 3", ":48:26"]);
+    assert_told(&prescribed("[]"), &["the curve has no points"]);
+    assert_told(&prescribed("[[0, 0], [1]]"), &["a point of `prescribed.curve` must be [time, value]"]);
+    assert_told(&prescribed("[[0, 0], [1, \"2 mm\"]]"), &["must be a velocity, not a length"]);
+}
+
+#[test]
+fn overrides_are_read_like_the_deck() {
+    let overrides = ["time.end=\"1 us\"".to_owned(), "part.0.element=\"hex8\"".to_owned()];
+    let reading = deck::read(Path::new("deck.toml"), GOOD, &overrides);
+    assert_eq!(reading.deck.unwrap().time.end.value, 1e-6);
+    let reading = deck::read(Path::new("deck.toml"), GOOD, &["time.end=\"1 mm\"".to_owned()]);
+    let told = reading.decoder.diagnostics.render(&reading.sources, false);
+    assert_told(&told, &["--set time.end=\"1 mm\":1:10", "must be a time, not a length"]);
+}
+
+#[test]
+fn any_text_is_answered_without_a_panic() {
+    let long = format!("title = \"{}\"\nbad = 1\n", "x".repeat(1_000_000));
+    let deep = format!("a = {}", "[".repeat(50_000));
+    let wide = format!("{GOOD}\n[wide]\n{}", (0..20_000).map(|i| format!("k{i} = {i}\n")).collect::<String>());
+    for text in [&long, &deep, &wide, "\0", "=", "[", "[[", "\"", "a.b.c", "[a]\n[a]", "\u{feff}a=1", "a = 99999999999999999999"] {
+        assert!(told(text).contains("error"), "{:?}", &text[..text.len().min(40)]);
+    }
+    // every prefix, and every deletion of a line
+    for end in (0..GOOD.len()).filter(|end| GOOD.is_char_boundary(*end)) {
+        told(&GOOD[..end]);
+    }
+    let lines: Vec<&str> = GOOD.lines().collect();
+    for skipped in 0..lines.len() {
+        let kept = lines.iter().enumerate().filter(|(index, _)| *index != skipped);
+        told(&kept.map(|(_, line)| format!("{line}\n")).collect::<String>());
+    }
+}
+
+#[test]
+fn deck_reference_is_up_to_date() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/deck.md");
+    let wanted = deck::document::markdown();
+    if std::env::var_os("ESTAR_UPDATE_DOCS").is_some() {
+        std::fs::write(&path, &wanted).unwrap();
+    }
+    let found = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(found == wanted, "docs/deck.md is stale: ESTAR_UPDATE_DOCS=1 cargo test --release --test deck");
+}
