@@ -1,1 +1,29 @@
-//! placeholder
+//! Files of the Estar solver: meshes in, results out.
+//!
+//! Meshes: [`read_mesh`] reads Gmsh 4.1 and 2.2 (ASCII and binary); [`write_gmsh`] writes Gmsh 4.1.
+//! Bad content never panics, loops or costs memory that the file does not warrant: it is a [`ReadError`] that names
+//! the place, the node or element number of the file, and what to do.
+//!
+//! Results: [`ResultWriter`] writes what ParaView opens, [`HistoryWriter`] a growing CSV table,
+//! [`write_atomically`] any file whole or not at all.
+#![warn(missing_docs)]
+
+mod assembly;
+mod atomic;
+mod cursor;
+mod error;
+mod gmsh;
+mod history;
+mod mesh_file;
+mod results;
+#[cfg(test)]
+mod test_folder;
+mod vtu;
+
+pub use atomic::{AtomicFile, write_atomically};
+pub use error::{Place, Problem, ReadError, Unsupported};
+pub use gmsh::{write_gmsh, write_gmsh_file};
+pub use history::{HistoryWriter, Value};
+pub use mesh_file::{MeshFile, read_mesh, read_mesh_bytes};
+pub use results::{ResultWriter, WriteError};
+pub use vtu::{Field, FieldData, Frame, FrameError};

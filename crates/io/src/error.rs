@@ -1,0 +1,291 @@
+//! What can be wrong with a mesh file, said so that a user can put it right.
+
+use std::fmt;
+use std::io;
+
+use estar_mesh::{GroupKind, MeshError};
+use thiserror::Error;
+
+/// Why a mesh file was not read.
+#[derive(Debug, Error)]
+pub enum ReadError {
+    /// The file could not be opened or read at all.
+    #[error("{file}: cannot be read: {source}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The file was read, but what it says is no usable mesh.
+    #[error("{file}{place}: {problem}")]
+    Content {
+        /// The file.
+        file: String,
+        /// Where in the file.
+        place: Place,
+        /// What is wrong and what to do.
+        problem: Box<Problem>,
+    },
+}
+
+impl ReadError {
+    /// True when the file could not be opened or read, as against read and found bad.
+    pub fn is_unreadable(&self) -> bool {
+        matches!(self, ReadError::Unreadable { .. })
+    }
+
+    /// Where in the file, if it could be read.
+    pub fn place(&self) -> Option<Place> {
+        match self {
+            ReadError::Unreadable { .. } => None,
+            ReadError::Content { place, .. } => Some(*place),
+        }
+    }
+}
+
+/// Where in a file. Written so that it follows the file's name: `:12` or `, byte 40`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A line, counted from 1.
+    Line(u64),
+    /// A byte of a binary file, counted from 0.
+    Byte(u64),
+    /// The file as a whole.
+    File,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::Line(line) => write!(f, ":{line}"),
+            Place::Byte(byte) => write!(f, ", byte {byte}"),
+            Place::File => Ok(()),
+        }
+    }
+}
+
+/// Elements of one kind that this program cannot use.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unsupported {
+    /// What they are, as "4-node tetrahedra".
+    pub kind: String,
+    /// How many.
+    pub count: u64,
+    /// The number in the file of the first.
+    pub first: u64,
+    /// What to do about them.
+    pub advice: &'static str,
+}
+
+/// What is wrong with a mesh file, and what to do.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// Neither Gmsh nor Abaqus.
+    #[error("not a mesh this program knows; export Gmsh 4.1 or 2.2 (.msh), or Abaqus (.inp)")]
+    UnknownFormat,
+    /// Gmsh, but of another version.
+    #[error(
+        "Gmsh format {version} is not supported; save with `gmsh -save -format msh41` or Mesh.MshFileVersion = 4.1"
+    )]
+    GmshVersion {
+        /// The version.
+        version: String,
+    },
+    /// A header that is none.
+    #[error("bad Gmsh header: {what}; export the mesh again")]
+    GmshHeader {
+        /// What is wrong with it.
+        what: String,
+    },
+    /// A binary file of a big-endian machine.
+    #[error("the file is big-endian; save it as ASCII, or on a little-endian machine")]
+    BigEndian,
+    /// A data size other than 8.
+    #[error("the file's data size is {size}, only 8 is supported; save it as ASCII, or with a 64-bit Gmsh")]
+    DataSize {
+        /// The size.
+        size: u64,
+    },
+    /// The file ends too soon.
+    #[error("the file ends in the middle of {within}; it is truncated: copy or export it again")]
+    Truncated {
+        /// What it ends in.
+        within: &'static str,
+    },
+    /// A section ends too soon.
+    #[error("{within}: the section ends before it has as many entries as it says")]
+    SectionTooShort {
+        /// Which part of the file.
+        within: &'static str,
+    },
+    /// A section has more than it says.
+    #[error("the section ${section} should end here, but \"{found}\" follows; its counts are wrong")]
+    SectionTooLong {
+        /// The section.
+        section: String,
+        /// What follows.
+        found: String,
+    },
+    /// Something else where a section should start.
+    #[error("expected a section such as $Nodes, found \"{found}\"")]
+    NotASection {
+        /// What is there.
+        found: String,
+    },
+    /// A section twice.
+    #[error("a second section ${section}; a mesh has one")]
+    SecondSection {
+        /// The section.
+        section: &'static str,
+    },
+    /// A section that must be there is not.
+    #[error("no section ${section}{before}; export the mesh again, with all of it")]
+    MissingSection {
+        /// The section.
+        section: &'static str,
+        /// " before ..." where order is what is wrong.
+        before: &'static str,
+    },
+    /// A number that is none.
+    #[error("{what}: expected a number, found \"{found}\"")]
+    NotANumber {
+        /// What should be there.
+        what: &'static str,
+        /// What is there.
+        found: String,
+    },
+    /// A number that cannot be what it stands for.
+    #[error("{what}: {value} is not possible here")]
+    BadValue {
+        /// What the number is.
+        what: &'static str,
+        /// The number.
+        value: i128,
+    },
+    /// More entries than the file has room for.
+    #[error("{what}: {count} are announced, but only {bytes} bytes of the file are left; it is truncated or damaged")]
+    CountTooLarge {
+        /// What.
+        what: &'static str,
+        /// How many are announced.
+        count: u64,
+        /// What is left of the file.
+        bytes: u64,
+    },
+    /// A total that is not the sum of its parts.
+    #[error("{announced} {what} are announced, but there are {found}; the file is damaged: export it again")]
+    CountMismatch {
+        /// "nodes" or "elements".
+        what: &'static str,
+        /// How many are announced.
+        announced: u64,
+        /// How many there are.
+        found: u64,
+    },
+    /// A partitioned mesh.
+    #[error("the mesh is partitioned; save it unpartitioned (Mesh > Unpartition)")]
+    Partitioned,
+    /// Node blocks with parametric coordinates.
+    #[error("the nodes have parametric coordinates; save with Mesh.SaveParametric = 0")]
+    Parametric,
+    /// What the Gmsh parser says.
+    #[error("{message}")]
+    Parser {
+        /// Its message.
+        message: String,
+    },
+    /// A name that is not text.
+    #[error("a name is not valid UTF-8; rename the group")]
+    NameNotUtf8,
+    /// A line that cannot be understood.
+    #[error("{message}")]
+    Syntax {
+        /// What is wrong with it.
+        message: String,
+    },
+    /// An element with a node that is not in the file.
+    #[error("element {element} refers to node {node}, which the file does not have")]
+    MissingNode {
+        /// The element's number in the file.
+        element: u64,
+        /// The node's number in the file.
+        node: u64,
+    },
+    /// A set or surface with a member that is not in the file.
+    #[error("\"{group}\" refers to {what} {label}, which the file does not have")]
+    MissingMember {
+        /// The set or surface.
+        group: String,
+        /// "node", "element" or "set".
+        what: &'static str,
+        /// The number or name.
+        label: String,
+    },
+    /// An element type that the format itself does not have, or that is beyond the usual ones.
+    #[error("element {element}: element type {code} is not supported; use 8-node hexahedra (type 5)")]
+    UnknownElementType {
+        /// The first element's number in the file.
+        element: u64,
+        /// The type's code in the format.
+        code: i64,
+    },
+    /// Elements that cannot be used.
+    #[error("unsupported elements: {}", list(.0))]
+    UnsupportedElements(Vec<Unsupported>),
+    /// A named group without members.
+    #[error("the {kind} group \"{name}\" is empty: no element of the file belongs to it; fill it or remove it")]
+    EmptyGroup {
+        /// The group.
+        name: String,
+        /// Its kind.
+        kind: GroupKind,
+    },
+    /// Something legal in the format that is not supported here.
+    #[error("{what} is not supported; {advice}")]
+    NotSupported {
+        /// What.
+        what: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// Parts that do not make a mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+fn list(unsupported: &[Unsupported]) -> String {
+    let one = |u: &Unsupported| format!("{} {} (the first is element {}): {}", u.count, u.kind, u.first, u.advice);
+    unsupported.iter().map(one).collect::<Vec<_>>().join("; ")
+}
+
+/// A problem and where it is, before the file's name is known.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Located {
+    pub place: Place,
+    pub problem: Problem,
+}
+
+impl Located {
+    pub fn in_file(self, file: &str) -> ReadError {
+        ReadError::Content { file: file.to_owned(), place: self.place, problem: Box::new(self.problem) }
+    }
+}
+
+impl Problem {
+    pub(crate) fn at(self, place: Place) -> Located {
+        Located { place, problem: self }
+    }
+}
+
+/// A short, printable form of bytes from a file.
+pub(crate) fn excerpt(bytes: &[u8]) -> String {
+    const LONGEST: usize = 40;
+    let text: String = String::from_utf8_lossy(&bytes[..bytes.len().min(4 * LONGEST)])
+        .chars()
+        .take_while(|c| !matches!(c, '\n' | '\r'))
+        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .collect();
+    if text.chars().count() > LONGEST { text.chars().take(LONGEST).chain("...".chars()).collect() } else { text }
+}

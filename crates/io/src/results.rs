@@ -1,0 +1,117 @@
+//! The series of frames that ParaView opens: `results.pvd` and `fields/frame_00000.vtu`, ...
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::atomic::AtomicFile;
+use crate::vtu::{Frame, FrameError, Topology, write_vtu};
+
+/// Why a frame was not written.
+#[derive(Debug, Error)]
+pub enum WriteError {
+    /// The system refused.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Unwritable {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The system refused, the file not yet known.
+    #[error("cannot be written: {0}")]
+    Io(#[from] io::Error),
+    /// The frame's parts do not fit.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+}
+
+impl WriteError {
+    fn of(path: &Path) -> impl FnOnce(WriteError) -> WriteError {
+        let path = path.to_owned();
+        move |error| match error {
+            WriteError::Io(source) => WriteError::Unwritable { path, source },
+            other => other,
+        }
+    }
+}
+
+/// Writes frames one after another. Every file is whole or not there, and `results.pvd` names only frames that are:
+/// the series can be opened at any time, also after a kill or on a full disk.
+#[derive(Debug)]
+pub struct ResultWriter {
+    folder: PathBuf,
+    times: Vec<f64>,
+    topology: Option<Topology>,
+}
+
+impl ResultWriter {
+    /// A new series in `folder`, which is made if need be.
+    ///
+    /// # Errors
+    /// [`WriteError::Unwritable`].
+    pub fn create(folder: &Path) -> Result<Self, WriteError> {
+        Self::resume(folder, Vec::new())
+    }
+
+    /// A series that goes on after frames that were written at `times`; the next frame follows them.
+    ///
+    /// # Errors
+    /// [`WriteError::Unwritable`].
+    pub fn resume(folder: &Path, times: Vec<f64>) -> Result<Self, WriteError> {
+        let fields = folder.join(FIELDS);
+        fs::create_dir_all(&fields).map_err(|source| WriteError::Unwritable { path: fields, source })?;
+        Ok(Self { folder: folder.to_owned(), times, topology: None })
+    }
+
+    /// The times of the frames so far.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// Writes the next frame and the series with it; returns the frame's file.
+    ///
+    /// # Errors
+    /// [`WriteError::Frame`] if a field does not fit; [`WriteError::Unwritable`].
+    pub fn write_frame(&mut self, frame: &Frame) -> Result<PathBuf, WriteError> {
+        let path = self.folder.join(frame_name(self.times.len()));
+        let topology = &mut self.topology;
+        let mut write = || {
+            let mut file = AtomicFile::create(&path)?;
+            write_vtu(&mut file, frame, topology)?;
+            Ok(file.commit()?)
+        };
+        write().map_err(WriteError::of(&path))?;
+        self.times.push(frame.time);
+        self.write_series()?;
+        Ok(path)
+    }
+
+    fn write_series(&self) -> Result<(), WriteError> {
+        let path = self.folder.join("results.pvd");
+        let mut xml = String::from(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
+             <Collection>\n",
+        );
+        for (number, time) in self.times.iter().enumerate() {
+            let file = frame_name(number);
+            xml += &format!("<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{file}\"/>\n");
+        }
+        xml += "</Collection>\n</VTKFile>\n";
+        let write = || {
+            let mut file = AtomicFile::create(&path)?;
+            file.write_all(xml.as_bytes())?;
+            Ok(file.commit()?)
+        };
+        write().map_err(WriteError::of(&path))
+    }
+}
+
+const FIELDS: &str = "fields";
+
+/// With a slash on every system: it is also what the series calls the file.
+fn frame_name(number: usize) -> String {
+    format!("{FIELDS}/frame_{number:05}.vtu")
+}

@@ -1,0 +1,281 @@
+//! One frame of results as a VTK unstructured grid (`.vtu`), binary and compressed.
+//!
+//! The XML around the numbers is written here, and not by the crate `vtkio`: its versions 0.6.3 and 0.7.0-rc2 announce
+//! one block too many for an array whose size is a multiple of their block (32,768 bytes), which VTK refuses to read;
+//! they have no place for field data, where ParaView looks for `TimeValue`; and they hold every array as base64 text.
+//! The tests read what is written here with `vtkio`, as an independent reader.
+
+use std::collections::HashSet;
+use std::io::{self, Write};
+
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::results::WriteError;
+
+/// Bytes of a compressed block: large enough to compress well, small enough to share among threads.
+const BLOCK_SIZE: usize = 1 << 17;
+/// The fastest level: the others save a few percent of the file for several times the time.
+const LEVEL: u32 = 1;
+
+/// The state of a mesh at one time, as it is written.
+#[derive(Debug, Clone)]
+pub struct Frame<'a> {
+    /// The simulated time.
+    pub time: f64,
+    /// Where the nodes are now.
+    pub points: &'a [[f64; 3]],
+    /// The corner nodes of each hex.
+    pub hexes: &'a [[u32; 8]],
+    /// Fields with a value at every node.
+    pub node_fields: Vec<Field<'a>>,
+    /// Fields with a value in every hex.
+    pub cell_fields: Vec<Field<'a>>,
+}
+
+/// A named field.
+#[derive(Debug, Clone, Copy)]
+pub struct Field<'a> {
+    /// What ParaView calls it.
+    pub name: &'a str,
+    /// Numbers per node or hex: 1 for a scalar, 3 for a vector, 6 for a symmetric tensor in VTK's order
+    /// XX, YY, ZZ, XY, YZ, XZ, 9 for a tensor by rows.
+    pub components: usize,
+    /// All components of the first node or hex, then of the second, and so on.
+    pub data: FieldData<'a>,
+}
+
+/// The numbers of a field.
+#[derive(Debug, Clone, Copy)]
+pub enum FieldData<'a> {
+    /// Double precision.
+    F64(&'a [f64]),
+    /// Single precision.
+    F32(&'a [f32]),
+    /// 32-bit integers.
+    I32(&'a [i32]),
+    /// 64-bit integers.
+    I64(&'a [i64]),
+}
+
+/// A frame that cannot be written because its parts do not fit.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum FrameError {
+    /// A field of the wrong length.
+    #[error("field \"{field}\": {found} numbers, but {expected} expected ({components} for each of {count})")]
+    Length {
+        /// The field.
+        field: String,
+        /// How many numbers it has.
+        found: usize,
+        /// How many it should have.
+        expected: usize,
+        /// Numbers per node or hex.
+        components: usize,
+        /// Nodes or hexes.
+        count: usize,
+    },
+    /// Two fields of the same kind and name.
+    #[error("two fields are named \"{field}\"")]
+    DuplicateField {
+        /// The name.
+        field: String,
+    },
+}
+
+/// Compressed connectivity, which stays the same from frame to frame.
+#[derive(Debug)]
+pub(crate) struct Topology {
+    hexes: Vec<[u32; 8]>,
+    arrays: [(&'static str, &'static str, Vec<u8>); 3],
+}
+
+impl Topology {
+    fn new(hexes: &[[u32; 8]]) -> io::Result<Self> {
+        const HEXAHEDRON: u8 = 12;
+        let largest = hexes.iter().flatten().copied().max().unwrap_or(0) as usize;
+        let (vtk_type, connectivity, offsets) = if largest.max(8 * hexes.len()) <= i32::MAX as usize {
+            let corners = compressed(8 * hexes.len(), |k| hexes[k / 8][k % 8].to_le_bytes())?;
+            ("Int32", corners, compressed(hexes.len(), |k| (8 * (k as u32 + 1)).to_le_bytes())?)
+        } else {
+            let corners = compressed(8 * hexes.len(), |k| u64::from(hexes[k / 8][k % 8]).to_le_bytes())?;
+            ("Int64", corners, compressed(hexes.len(), |k| (8 * (k as u64 + 1)).to_le_bytes())?)
+        };
+        let types = compressed(hexes.len(), |_| [HEXAHEDRON])?;
+        let arrays =
+            [(vtk_type, "connectivity", connectivity), (vtk_type, "offsets", offsets), ("UInt8", "types", types)];
+        Ok(Self { hexes: hexes.to_vec(), arrays })
+    }
+}
+
+/// Writes a frame. `topology` is kept between frames; it is made anew when the hexes change.
+pub(crate) fn write_vtu(
+    out: &mut impl Write,
+    frame: &Frame,
+    topology: &mut Option<Topology>,
+) -> Result<(), WriteError> {
+    check(&frame.node_fields, frame.points.len())?;
+    check(&frame.cell_fields, frame.hexes.len())?;
+    let topology = match topology {
+        Some(known) if known.hexes == frame.hexes => known,
+        _ => topology.insert(Topology::new(frame.hexes)?),
+    };
+
+    // The numbers follow the XML, which names the place of each array among them: compress first.
+    let time = compressed(1, |_| frame.time.to_le_bytes())?;
+    let points = compressed(3 * frame.points.len(), |k| frame.points[k / 3][k % 3].to_le_bytes())?;
+    let node_fields = compressed_fields(&frame.node_fields)?;
+    let cell_fields = compressed_fields(&frame.cell_fields)?;
+
+    let mut file = Document::default();
+    file.open(
+        "VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
+               header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\"",
+    );
+    file.open("UnstructuredGrid");
+    file.open("FieldData");
+    file.array("Float64", "TimeValue", "NumberOfTuples=\"1\"", &time);
+    file.close("FieldData");
+    let (point_count, cell_count) = (frame.points.len(), frame.hexes.len());
+    file.open(&format!("Piece NumberOfPoints=\"{point_count}\" NumberOfCells=\"{cell_count}\""));
+    for (section, fields, arrays) in
+        [("PointData", &frame.node_fields, &node_fields), ("CellData", &frame.cell_fields, &cell_fields)]
+    {
+        file.open(section);
+        for (field, array) in fields.iter().zip(arrays) {
+            file.array(field.data.vtk_type(), field.name, &component_attributes(field.components), array);
+        }
+        file.close(section);
+    }
+    file.open("Points");
+    file.array("Float64", "Points", "NumberOfComponents=\"3\"", &points);
+    file.close("Points");
+    file.open("Cells");
+    for (vtk_type, name, array) in &topology.arrays {
+        file.array(vtk_type, name, "", array);
+    }
+    file.close("Cells");
+    file.close("Piece");
+    file.close("UnstructuredGrid");
+
+    write!(out, "<?xml version=\"1.0\"?>\n{}<AppendedData encoding=\"raw\">\n_", file.xml)?;
+    for array in file.appended {
+        out.write_all(array)?;
+    }
+    out.write_all(b"\n</AppendedData>\n</VTKFile>\n")?;
+    Ok(())
+}
+
+/// XML that refers to arrays behind it.
+#[derive(Default)]
+struct Document<'a> {
+    xml: String,
+    appended: Vec<&'a [u8]>,
+    offset: usize,
+}
+
+impl<'a> Document<'a> {
+    fn open(&mut self, tag: &str) {
+        self.xml += &format!("<{tag}>\n");
+    }
+
+    fn close(&mut self, tag: &str) {
+        self.xml += &format!("</{tag}>\n");
+    }
+
+    fn array(&mut self, vtk_type: &str, name: &str, attributes: &str, array: &'a [u8]) {
+        let (name, offset) = (escaped(name), self.offset);
+        self.open(&format!(
+            "DataArray type=\"{vtk_type}\" Name=\"{name}\" {attributes} format=\"appended\" offset=\"{offset}\"/"
+        ));
+        self.appended.push(array);
+        self.offset += array.len();
+    }
+}
+
+impl FieldData<'_> {
+    fn len(&self) -> usize {
+        match self {
+            FieldData::F64(data) => data.len(),
+            FieldData::F32(data) => data.len(),
+            FieldData::I32(data) => data.len(),
+            FieldData::I64(data) => data.len(),
+        }
+    }
+
+    fn vtk_type(&self) -> &'static str {
+        match self {
+            FieldData::F64(_) => "Float64",
+            FieldData::F32(_) => "Float32",
+            FieldData::I32(_) => "Int32",
+            FieldData::I64(_) => "Int64",
+        }
+    }
+}
+
+fn check(fields: &[Field], count: usize) -> Result<(), FrameError> {
+    let mut names = HashSet::new();
+    for field in fields {
+        if !names.insert(field.name) {
+            return Err(FrameError::DuplicateField { field: field.name.to_owned() });
+        }
+        let (found, expected) = (field.data.len(), field.components * count);
+        if found != expected {
+            let field_name = field.name.to_owned();
+            return Err(FrameError::Length { field: field_name, found, expected, components: field.components, count });
+        }
+    }
+    Ok(())
+}
+
+fn component_attributes(components: usize) -> String {
+    let names: &[&str] = match components {
+        3 => &["X", "Y", "Z"],
+        6 => &["XX", "YY", "ZZ", "XY", "YZ", "XZ"],
+        9 => &["XX", "XY", "XZ", "YX", "YY", "YZ", "ZX", "ZY", "ZZ"],
+        _ => &[],
+    };
+    let mut attributes = format!("NumberOfComponents=\"{components}\"");
+    for (k, name) in names.iter().enumerate() {
+        attributes += &format!(" ComponentName{k}=\"{name}\"");
+    }
+    attributes
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn compressed_fields(fields: &[Field]) -> io::Result<Vec<Vec<u8>>> {
+    let compress = |field: &Field| match field.data {
+        FieldData::F64(data) => compressed(data.len(), |k| data[k].to_le_bytes()),
+        FieldData::F32(data) => compressed(data.len(), |k| data[k].to_le_bytes()),
+        FieldData::I32(data) => compressed(data.len(), |k| data[k].to_le_bytes()),
+        FieldData::I64(data) => compressed(data.len(), |k| data[k].to_le_bytes()),
+    };
+    fields.iter().map(compress).collect()
+}
+
+/// `count` numbers of `SIZE` bytes in blocks, each compressed by itself, behind VTK's header: the number of blocks,
+/// their size, that of a last one that is shorter (or 0), and the compressed size of each.
+fn compressed<const SIZE: usize>(count: usize, number: impl Fn(usize) -> [u8; SIZE] + Sync) -> io::Result<Vec<u8>> {
+    let per_block = BLOCK_SIZE / SIZE;
+    // Blocks are collected in order, whatever thread made them: the file has the same bytes for any thread count.
+    let blocks: Vec<Vec<u8>> = (0..count.div_ceil(per_block))
+        .into_par_iter()
+        .map(|block| {
+            let numbers = block * per_block..count.min((block + 1) * per_block);
+            let bytes: Vec<u8> = numbers.flat_map(&number).collect();
+            let mut encoder = ZlibEncoder::new(Vec::with_capacity(BLOCK_SIZE / 2), Compression::new(LEVEL));
+            encoder.write_all(&bytes)?;
+            encoder.finish()
+        })
+        .collect::<io::Result<_>>()?;
+    let mut header = vec![blocks.len(), per_block * SIZE, count % per_block * SIZE];
+    header.extend(blocks.iter().map(Vec::len));
+    let mut bytes: Vec<u8> = header.into_iter().flat_map(|number| (number as u64).to_le_bytes()).collect();
+    blocks.iter().for_each(|block| bytes.extend_from_slice(block));
+    Ok(bytes)
+}
