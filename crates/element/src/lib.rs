@@ -1,1 +1,5 @@
-//! placeholder
+//! Solid elements: from the motion of corners to the forces on them. An element sees neither the mesh nor the deck.
+
+pub mod bulk_viscosity;
+pub mod hex8;
+pub mod stable_time_step;

@@ -152,8 +152,7 @@ impl<K: KinematicRule> Material for EStar<K> {
         // (ii) admissibility: √(3/2) ‖dev T̃_trial − α̃_n‖ ≤ σ_y(ε̄ᵖ_n)
         let deviator = trial.deviator();
         let equivalent_stress = von_mises(&(deviator - back_stress_old));
-        let flow_old = self.hardening.flow_stress(strain_old);
-        let yields = equivalent_stress.gt(flow_old.stress);
+        let yields = equivalent_stress.gt(self.hardening.flow_stress(strain_old).stress);
 
         // (iii) return mapping
         let at_rest = Return {
@@ -161,23 +160,26 @@ impl<K: KinematicRule> Material for EStar<K> {
             plastic_increment: R::splat(0.0),
             back_stress: back_stress_old,
         };
-        let (returned, flow_stress_new) = if yields.any() {
+        let returned = if yields.any() {
             let plastic_strain = strain_old;
             let outside = Trial { yields, deviator, equivalent_stress, plastic_strain, back_stress: back_stress_old };
-            let returned = self.kinematic.return_mapping(&outside, self);
-            (returned, self.hardening.flow_stress(strain_old + returned.plastic_increment).stress)
+            self.kinematic.return_mapping(&outside, self)
         } else {
-            (at_rest, flow_old.stress)
+            at_rest
         };
         let stress_new = trial - returned.stress_correction;
         let strain_new = strain_old + returned.plastic_increment;
+        // Δε_p = Δγ n
+        let flow = returned.stress_correction * R::splat(0.5 / self.elasticity.shear_modulus());
+        let driving_stress_old = stress_old - back_stress_old;
+        let driving_stress_new = stress_new - returned.back_stress;
 
         // T_{n+1} = R_{n+1} T̃_{n+1} R_{n+1}ᵀ
         MaterialUpdate {
             stress: stress_new.pushed_by(&motion.rotation_new),
             state: K::state(stress_new, strain_new, returned.back_stress),
             internal_energy: stress_power(&stress_old, &stress_new, &strain_increment),
-            plastic_dissipation: (flow_old.stress + flow_stress_new) * returned.plastic_increment * 0.5,
+            plastic_dissipation: stress_power(&driving_stress_old, &driving_stress_new, &flow).max(R::splat(0.0)),
         }
     }
 

@@ -6,7 +6,8 @@
 //! - yield        √(3/2) ‖dev T‖ ≤ σ_y(ε̄ᵖ) (dV 7.76, 7.78)
 //! - flow         D̄_p = γ̇ n with the normal n in the intermediate configuration, tr D̄_p = 0
 //!
-//! Update by the exponential map, b_e = b_trial exp(−2 Δγ n), n = dev b_trial/‖dev b_trial‖. All of these tensors have
+//! Update by the exponential map, b_e = b_trial exp(−2 Δγ n), n = dev b_trial/‖dev b_trial‖, in several stages of the
+//! kind where the trial is far outside the yield surface. All of these tensors have
 //! the principal axes of b_trial and none is ever computed: by Cayley and Hamilton n³ = ½ n + det(n) I, so every one is
 //! a combination of I, n and n² (see [`Combination`]).
 //!
@@ -56,23 +57,54 @@ impl EStarTotal {
         (elastic_metric.deviator() * R::splat(self.elasticity.shear_modulus())).plus_spherical(mean)
     }
 
-    /// b_e on the yield surface, and Δε̄ᵖ: with p = Δε̄ᵖ and x = −2 Δγ = −√6 p,
-    /// √(3/2) μ ‖dev(b_trial exp(x n))‖ = σ_y(ε̄ᵖ_n + p).
+    /// The return of b_trial to the yield surface, in the lanes that yield.
+    ///
+    /// One stage along the normal of b_trial is the whole return, unless the trial is far outside: then the next stage
+    /// starts from what it reached, along the normal there.
     #[inline(always)]
     fn return_mapping<R: Real>(
         &self,
         yields: R::Mask,
         trial: &SymmetricTensor<R>,
         plastic_strain: R,
-    ) -> (SymmetricTensor<R>, R) {
-        let shear_modulus = self.elasticity.shear_modulus();
-        let deviator = trial.deviator();
-        let norm = R::select(yields, deviator.norm_squared(), R::splat(1.0)).sqrt();
+    ) -> TotalReturn<R> {
+        let mut outside = yields;
+        let mut elastic_metric = *trial;
+        let mut plastic_increment = R::splat(0.0);
+        let mut flow = SymmetricTensor::zero();
+        for _ in 0..MOST_STAGES {
+            let stage = self.stage(outside, &elastic_metric, plastic_strain + plastic_increment);
+            elastic_metric = SymmetricTensor::select(outside, &stage.elastic_metric, &elastic_metric);
+            flow = SymmetricTensor::select(outside, &(flow + stage.flow), &flow);
+            plastic_increment += stage.plastic_increment;
+            outside = outside & stage.plastic_increment.ge(stage.upper_bound);
+            if !outside.any() {
+                break;
+            }
+        }
+        TotalReturn { elastic_metric, plastic_increment, flow }
+    }
+
+    /// The return along the normal n of `start`, as far as the yield surface or `upper_bound`: with p = Δε̄ᵖ and
+    /// x = −2 Δγ = −√6 p,
+    ///
+    /// √(3/2) μ ‖dev(b exp(x n))‖ = σ_y(ε̄ᵖ + p).
+    ///
+    /// As long as √6 p ≤ ‖dev b‖/b₁, b₁ the largest principal value of b, those of b exp(x n) keep the order of those of
+    /// n, and then d/dx ½ ‖dev b‖² = dev b : n b > 0: the left side falls all the way. The bound is this one with
+    /// b₁ ≤ ⅓ tr b + √⅔ ‖dev b‖. It leaves about ‖dev b‖² to the next stage, so one stage reaches the surface while
+    /// ‖dev b‖² is less than its radius, and |x| < √⅔ always.
+    #[inline(always)]
+    fn stage<R: Real>(&self, outside: R::Mask, start: &SymmetricTensor<R>, plastic_strain: R) -> Stage<R> {
+        let scale = SQRT_3_HALVES * self.elasticity.shear_modulus();
+        let deviator = start.deviator();
+        let norm = R::select(outside, deviator.norm_squared(), R::splat(1.0)).sqrt();
         let normal = deviator * norm.recip();
         let determinant = normal.determinant();
-        // b_trial = ⅓ tr(b_trial) I + ‖dev b_trial‖ n
-        let trial_combination = Combination([trial.trace() * (1.0 / 3.0), norm, R::splat(0.0)]);
-        let returned = |p: R| trial_combination.times(&Combination::exponential(p * -SQRT_6, determinant), determinant);
+        // b = ⅓ tr(b) I + ‖dev b‖ n
+        let mean = start.trace() * (1.0 / 3.0);
+        let start = Combination([mean, norm, R::splat(0.0)]);
+        let returned = |p: R| start.times(&Combination::exponential(p * -SQRT_6, determinant), determinant);
 
         let equivalent = |p: R| {
             let metric = returned(p);
@@ -80,21 +112,44 @@ impl EStarTotal {
             let slope = metric.times_normal(determinant);
             let length = metric.deviator_dot(&metric, determinant).sqrt();
             let length_slope = metric.deviator_dot(&slope, determinant) / length * -SQRT_6;
-            let scale = SQRT_3_HALVES * shear_modulus;
             Equivalent { stress: length * scale, slope: length_slope * scale }
         };
         let flow = |p: R| self.hardening.flow_stress(plastic_strain + p);
-        // the slope of the equivalent stress is −3μ times the smallest principal value of b_e or steeper; four times
-        // the increment that removes the whole trial deviator at b_e = I lies beyond the root for any elastic strain
-        // that a metal can have
-        let upper_bound = norm * (4.0 * SQRT_3_HALVES / 3.0);
-        let p = plastic_increment(yields, upper_bound, equivalent, flow);
+        let upper_bound = norm / (norm.mul_add(R::splat(SQRT_2_THIRDS), mean) * SQRT_6);
+        let p = plastic_increment(outside, upper_bound, equivalent, flow);
 
         let Combination([identity, linear, quadratic]) = returned(p);
-        let metric = normal.square().mul_add(quadratic, &(normal * linear)).plus_spherical(identity);
-        (metric, p)
+        Stage {
+            elastic_metric: normal.square().mul_add(quadratic, &(normal * linear)).plus_spherical(identity),
+            plastic_increment: p,
+            flow: normal * (p * SQRT_3_HALVES),
+            upper_bound,
+        }
     }
 }
+
+/// What a return gives.
+struct TotalReturn<R> {
+    /// b_e on the yield surface.
+    elastic_metric: SymmetricTensor<R>,
+    /// Δε̄ᵖ.
+    plastic_increment: R,
+    /// Δγ n, summed over the stages.
+    flow: SymmetricTensor<R>,
+}
+
+/// What one stage of a return gives.
+struct Stage<R> {
+    elastic_metric: SymmetricTensor<R>,
+    plastic_increment: R,
+    flow: SymmetricTensor<R>,
+    /// The largest increment that the stage could have made.
+    upper_bound: R,
+}
+
+/// A stage divides the ratio of the principal values by two or more, and squares its distance from 1 once that is
+/// small: more than any trial that a number can hold needs.
+const MOST_STAGES: usize = 64;
 
 impl Material for EStarTotal {
     type State<R: Real> = EStarTotalState<R>;
@@ -129,20 +184,19 @@ impl Material for EStarTotal {
         let trial_stress = self.stress(&trial);
 
         // (ii) admissibility: √(3/2) ‖dev T_trial‖ ≤ σ_y(ε̄ᵖ_n)
-        let flow_old = self.hardening.flow_stress(strain_old);
-        let yields = von_mises(&trial_stress.deviator()).gt(flow_old.stress);
+        let yields = von_mises(&trial_stress.deviator()).gt(self.hardening.flow_stress(strain_old).stress);
 
         // (iii) return mapping, and C_p⁻¹ = F⁻¹ b_e F⁻ᵀ
         let mut state = EStarTotalState { stress: trial_stress, ..*old };
-        let mut dissipation = R::splat(0.0);
+        let zero = R::splat(0.0);
+        let mut dissipation = zero;
         if yields.any() {
-            let (metric, p) = self.return_mapping(yields, &trial, strain_old);
-            let plastic = metric.pushed_by(&gradient.inverse());
+            let returned = self.return_mapping(yields, &trial, strain_old);
+            let plastic = returned.elastic_metric.pushed_by(&gradient.inverse());
             state.inverse_plastic_metric = SymmetricTensor::select(yields, &plastic, &old.inverse_plastic_metric);
-            state.stress = SymmetricTensor::select(yields, &self.stress(&metric), &trial_stress);
-            state.equivalent_plastic_strain = strain_old + p;
-            let flow_new = self.hardening.flow_stress(state.equivalent_plastic_strain);
-            dissipation = (flow_old.stress + flow_new.stress) * p * 0.5;
+            state.stress = SymmetricTensor::select(yields, &self.stress(&returned.elastic_metric), &trial_stress);
+            state.equivalent_plastic_strain = strain_old + returned.plastic_increment;
+            dissipation = R::select(yields, stress_power(&old.stress, &state.stress, &returned.flow), zero).max(zero);
         }
         MaterialUpdate {
             stress: state.stress,
@@ -159,6 +213,7 @@ impl Material for EStarTotal {
 
 const SQRT_6: f64 = 2.449_489_742_783_178;
 const SQRT_3_HALVES: f64 = 1.224_744_871_391_589;
+const SQRT_2_THIRDS: f64 = 0.816_496_580_927_726;
 
 /// a I + b n + c n² for a symmetric n with tr n = 0 and ‖n‖ = 1, for which n³ = ½ n + d I and n⁴ = ½ n² + d n,
 /// d = det n.
@@ -166,7 +221,7 @@ const SQRT_3_HALVES: f64 = 1.224_744_871_391_589;
 struct Combination<R>([R; 3]);
 
 impl<R: Real> Combination<R> {
-    /// exp(x n): its series up to x¹¹ for x/4, squared twice; exact to rounding for |x| ≤ 1.5.
+    /// exp(x n): its series up to x¹¹ for x/4, squared twice; exact to rounding for |x| ≤ √⅔.
     #[inline(always)]
     fn exponential(x: R, determinant: R) -> Self {
         let quarter = x * 0.25;
@@ -221,7 +276,7 @@ mod tests {
             let length = raw.iter().map(|v: &f64| v * v).sum::<f64>().sqrt();
             let values = raw.map(|v| v / length);
             let determinant = values.iter().product();
-            for x in [0.0, 1e-6, -0.01, 0.3, -1.0, 1.5] {
+            for x in [0.0, 1e-6, -0.01, 0.3, -0.6, -0.8165, 0.8165] {
                 let Combination([a, b, c]) = Combination::exponential(x, determinant);
                 for value in values {
                     let error = (a + b * value + c * value * value) / (x * value).exp() - 1.0;

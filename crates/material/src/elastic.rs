@@ -85,7 +85,7 @@ pub(crate) fn predicted_stress<R: Real>(
     strain_increment.mul_add(R::splat(2.0 * elasticity.shear_modulus()), stress_old).plus_spherical(spherical)
 }
 
-/// ½ (T_n + T_{n+1}) : Δt D.
+/// ½ (T_n + T_{n+1}) : Δε, the work of a stress on a strain increment, Δt D or its plastic part.
 #[inline(always)]
 pub(crate) fn stress_power<R: Real>(
     stress_old: &SymmetricTensor<R>,

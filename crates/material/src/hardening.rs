@@ -102,12 +102,17 @@ impl IsotropicHardening {
     /// Swift: σ_y = C (ε₀ + ε̄ᵖ)ⁿ.
     ///
     /// # Errors
-    /// `coefficient` or `initial_strain` not greater than 0, or an exponent outside (0, 1].
+    /// `coefficient` not greater than 0, `initial_strain` below 10⁻¹², or an exponent outside (0, 1].
     pub fn swift(coefficient: f64, initial_strain: f64, exponent: f64) -> Result<Self, ParameterError> {
         Ok(Self(Law::Power {
             yield_stress: 0.0,
             coefficient: positive("coefficient", coefficient)?,
-            initial_strain: positive("initial_strain", initial_strain)?,
+            initial_strain: checked(
+                "initial_strain",
+                initial_strain,
+                |strain| strain >= CHORD_STRAIN,
+                "it must be 1e-12 or greater",
+            )?,
             exponent: power_exponent(exponent)?,
         }))
     }
@@ -115,7 +120,8 @@ impl IsotropicHardening {
     /// A table of `[strain, stress]` points, straight between them and constant beyond the last.
     ///
     /// # Errors
-    /// No point, a first strain other than 0, strains that do not increase, or a stress that is not positive or falls.
+    /// No point, a first strain other than 0, strains that do not increase, a stress that is not positive or falls, or a
+    /// slope that no number holds.
     pub fn tabulated(points: &[[f64; 2]]) -> Result<Self, ParameterError> {
         let Some(first) = points.first() else {
             return Err(ParameterError {
@@ -129,6 +135,8 @@ impl IsotropicHardening {
         for pair in points.windows(2) {
             checked("points", pair[1][0], |strain| strain > pair[0][0], "the strains of the table must increase")?;
             checked("points", pair[1][1], |stress| stress >= pair[0][1], "the stresses of the table must not fall")?;
+            let slope = (pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0]);
+            checked("points", slope, |_| true, "the slope of the table must be finite")?;
         }
         let slope = |index: usize| match points.get(index + 1) {
             Some(next) => (next[1] - points[index][1]) / (next[0] - points[index][0]),
@@ -156,11 +164,17 @@ impl IsotropicHardening {
                 FlowStress { stress: linear - remaining, slope: remaining * *saturation_exponent + *modulus }
             }
             Law::Power { yield_stress, coefficient, initial_strain, exponent } => {
-                // σ₀ + C (ε₀ + ε̄ᵖ)ⁿ; where ε₀ = 0 the slope at the first yield is infinite, so the strain is kept above
-                // a smallest value whose power is nothing beside σ₀
-                let strain = (plastic_strain + *initial_strain).max(R::splat(SMALLEST_POWER_STRAIN));
-                let power = R::splat(*coefficient) * (strain.ln() * *exponent).exp();
-                FlowStress { stress: power + *yield_stress, slope: power * *exponent / strain }
+                // σ₀ + C (ε₀ + ε̄ᵖ)ⁿ; where ε₀ = 0 the slope at the first yield would be infinite, so the power starts
+                // along the chord to its value at a first strain
+                let strain = plastic_strain + *initial_strain;
+                let on_chord = strain.lt(R::splat(CHORD_STRAIN));
+                let power_strain = strain.max(R::splat(CHORD_STRAIN));
+                let power = R::splat(*coefficient) * (power_strain.ln() * *exponent).exp();
+                let chord = power * CHORD_STRAIN.recip();
+                FlowStress {
+                    stress: R::select(on_chord, chord * strain, power) + *yield_stress,
+                    slope: R::select(on_chord, chord, power * *exponent / power_strain),
+                }
             }
             Law::Tabulated(segments) => {
                 let mut result =
@@ -179,8 +193,8 @@ impl IsotropicHardening {
     }
 }
 
-/// The strain below which a power law without initial strain is continued by its value there.
-const SMALLEST_POWER_STRAIN: f64 = 1e-12;
+/// The strain below which a power law without initial strain is straight.
+const CHORD_STRAIN: f64 = 1e-12;
 
 fn power_exponent(exponent: f64) -> Result<f64, ParameterError> {
     checked("exponent", exponent, |n| 0.0 < n && n <= 1.0, "it must lie in (0, 1]")

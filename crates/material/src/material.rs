@@ -29,33 +29,30 @@ pub trait Material: Clone + Send + Sync + 'static {
 
     /// What a user sees of a history whose rotation is `rotation`.
     fn output(&self, state: &Self::State<f64>, rotation: &Tensor<f64>) -> PointOutput;
-}
-
-/// The numbers of a history, in one fixed order: for hashes, for files, for copies from lane to lane.
-pub trait PointState<R: Real>: Copy + Send + Sync + 'static {
-    /// The same history of another number type.
-    type Of<S: Real>: PointState<S>;
-
-    /// Calls `visit` with every number.
-    fn for_each(&self, visit: impl FnMut(R));
-
-    /// The history whose numbers `next` gives in the order of [`PointState::for_each`].
-    fn from_numbers<S: Real>(next: impl FnMut() -> S) -> Self::Of<S>;
 
     /// The history of one lane.
-    fn lane(&self, lane: usize) -> Self::Of<f64> {
+    fn lane<R: Real>(state: &Self::State<R>, lane: usize) -> Self::State<f64> {
         let mut numbers = [0.0; MOST_NUMBERS];
         let mut count = 0;
-        self.for_each(|number| {
+        state.for_each(|number| {
             numbers[count] = number.lane(lane);
             count += 1;
         });
         let mut next = 0;
-        Self::from_numbers(|| {
+        PointState::from_numbers(|| {
             next += 1;
             numbers[next - 1]
         })
     }
+}
+
+/// The numbers of a history, in one fixed order: for hashes, for files, for copies from lane to lane.
+pub trait PointState<R: Real>: Copy + Send + Sync + 'static {
+    /// Calls `visit` with every number.
+    fn for_each(&self, visit: impl FnMut(R));
+
+    /// The history whose numbers `next` gives in the order of [`PointState::for_each`].
+    fn from_numbers(next: impl FnMut() -> R) -> Self;
 }
 
 /// No history has more numbers than this.
@@ -65,15 +62,13 @@ const MOST_NUMBERS: usize = 32;
 macro_rules! point_state {
     ($state:ident { $($field:ident: $kind:ident),+ $(,)? }) => {
         impl<R: estar_tensor::Real> $crate::PointState<R> for $state<R> {
-            type Of<S: estar_tensor::Real> = $state<S>;
-
             #[inline]
             fn for_each(&self, mut visit: impl FnMut(R)) {
                 $($crate::material::point_state!(@visit $kind self.$field, visit);)+
             }
 
             #[inline]
-            fn from_numbers<S: estar_tensor::Real>(mut next: impl FnMut() -> S) -> $state<S> {
+            fn from_numbers(mut next: impl FnMut() -> R) -> Self {
                 $state { $($field: $crate::material::point_state!(@make $kind next)),+ }
             }
         }
@@ -94,7 +89,8 @@ pub struct MaterialUpdate<R, State> {
     pub state: State,
     /// Stress power of the step ∫ T : D dt by the trapezoidal rule, J per m³ of the mid-step volume.
     pub internal_energy: R,
-    /// The part of it that plastic flow dissipates, ∫ (T − α) : D_p dt, J/m³.
+    /// The part of it that plastic flow dissipates, ∫ (T − α) : D_p dt by the same rule, J/m³. With a centre α that rests
+    /// the other part is the change of the elastic energy.
     pub plastic_dissipation: R,
 }
 

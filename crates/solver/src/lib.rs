@@ -1,1 +1,22 @@
-//! placeholder
+//! Explicit dynamics of solids: central differences over blocks of elements.
+//!
+//! A [`Model`] on a mesh becomes a [`Simulation`], which [`Simulation::advance`] moves one step at a time. Read
+//! `central_difference.rs` first.
+
+mod assembly;
+mod central_difference;
+mod constraints;
+mod curve;
+mod energy;
+mod error;
+mod loads;
+pub mod model;
+mod simulation;
+mod solid_block;
+
+pub use curve::{Curve, CurveError, Interpolation};
+pub use energy::Energies;
+pub use error::{ConstraintSource, ModelError, SimulationError};
+pub use estar_tensor::LaneLevel;
+pub use model::Model;
+pub use simulation::{Extremes, HexFields, Simulation};

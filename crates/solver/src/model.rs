@@ -1,6 +1,8 @@
 //! What a simulation is made of: parts, constraints, loads and settings, in SI units and in indices of the mesh.
 
 use crate::curve::Curve;
+pub use estar_element::bulk_viscosity::BulkViscosity;
+pub use estar_element::hex8::Formulation;
 use estar_material::MaterialModel;
 
 /// A complete problem on a mesh. Node, hex and face indices are positions in the mesh that the simulation is made with.
@@ -30,16 +32,7 @@ pub struct Part {
     /// Their material.
     pub material: MaterialModel,
     /// Their element.
-    pub element: ElementKind,
-}
-
-/// The element formulations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ElementKind {
-    /// Eight-node hex, full integration.
-    Hex8,
-    /// Eight-node hex, full integration with F-bar.
-    Hex8FBar,
+    pub element: Formulation,
 }
 
 /// A coordinate direction.
@@ -51,6 +44,13 @@ pub enum Direction {
     Y,
     /// z.
     Z,
+}
+
+impl Direction {
+    /// Position of the component in a vector.
+    pub fn index(self) -> usize {
+        self as usize
+    }
 }
 
 /// Nodes whose displacement in some directions stays zero.
@@ -169,14 +169,4 @@ impl Default for TimeSettings {
     fn default() -> Self {
         Self { end: 0.0, safety_factor: 0.9, bulk_viscosity: None, energy_error_limit: 0.1 }
     }
-}
-
-/// Bulk viscosity: a pressure q = ρ l (b₁ c + b₂² l |ε̇_v|) |ε̇_v| against volume change, the quadratic part in
-/// compression only (von Neumann & Richtmyer 1950; Landshoff 1955).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BulkViscosity {
-    /// b₁.
-    pub linear: f64,
-    /// b₂.
-    pub quadratic: f64,
 }

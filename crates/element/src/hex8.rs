@@ -1,0 +1,402 @@
+//! The eight-node hex with 2 × 2 × 2 Gauss points: `hex8` (full integration) and `hex8-f-bar` (de Souza Neto, Perić,
+//! Dutko & Owen 1996).
+//!
+//! ```text
+//!        7-----------6            ζ
+//!       /|          /|            |  η
+//!      4-----------5 |            | /
+//!      | |         | |            |/
+//!      | 3---------|-2            +----- ξ
+//!      |/          |/
+//!      0-----------1
+//! ```
+//!
+//! Corner a lies at (ξ, η, ζ) = `CORNER_SIGNS[a]`, shape functions are N_a = ⅛ (1 + ξ_a ξ)(1 + η_a η)(1 + ζ_a ζ), and a
+//! field is x = Σ N_a x_a = c₀ + c_ξ ξ + c_η η + c_ζ ζ + c_ξη ξη + c_ηζ ηζ + c_ζξ ζξ + c_ξηζ ξηζ. Its mode coefficients
+//! are sums and differences of the corner values, and ∂x/∂ξ does not depend on ξ, so that it has four distinct values
+//! over the eight Gauss points: no table of shape-function gradients is needed. The force is the transpose of the same.
+//!
+//! F-bar: F̄ = (J₀/J)^⅓ F with J₀ = det F at the centre; in rate form the volumetric part of D is that of the centre.
+
+use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
+use crate::stable_time_step::{ElasticBounds, ElementGeometry, largest_metric, stable_time_step};
+use estar_material::{Material, PointMotion};
+use estar_tensor::{Real, Rotation, Tensor, Vector3};
+
+/// Corners of an element.
+pub const CORNERS: usize = 8;
+/// Quadrature points of an element. Point i + 2 j + 4 k lies at (±, ±, ±) 1/√3, the sign plus where the bit is set.
+pub const POINTS: usize = 8;
+
+/// (ξ, η, ζ) of each corner.
+pub const CORNER_SIGNS: [[f64; 3]; CORNERS] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+
+/// Coordinate of the Gauss points, 1/√3.
+const GAUSS: f64 = 0.577_350_269_189_625_8;
+
+/// A vector at each corner.
+pub type CornerVectors<R> = [Vector3<R>; CORNERS];
+
+/// Formulation of the volumetric response.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Formulation {
+    /// Volume change of each point: locks when the material is nearly incompressible, as every yielding metal is.
+    Full,
+    /// Volume change of the centre at every point.
+    FBar,
+}
+
+/// Where the corners are and how they move.
+#[derive(Clone, Copy, Debug)]
+pub struct HexMotion<R> {
+    /// X, m.
+    pub reference: CornerVectors<R>,
+    /// x_{n+1}, m.
+    pub position: CornerVectors<R>,
+    /// v_{n+½}, m/s.
+    pub velocity: CornerVectors<R>,
+}
+
+/// History of an element's points.
+#[derive(Clone, Copy, Debug)]
+pub struct HexHistory<State, R> {
+    /// History of the material.
+    pub states: [State; POINTS],
+    /// Rotations R_n, the first guesses of the next polar decompositions.
+    pub rotations: [Rotation<R>; POINTS],
+    /// Stable time step at t_n, s.
+    pub stable_time_step: R,
+}
+
+/// What all elements of a block share in a step.
+#[derive(Clone, Copy, Debug)]
+pub struct HexStep {
+    /// Formulation.
+    pub formulation: Formulation,
+    /// Bulk viscosity, if any.
+    pub bulk_viscosity: Option<BulkViscosity>,
+    /// Δt from t_n to t_{n+1}, s.
+    pub time_step: f64,
+}
+
+/// What a step gives.
+#[derive(Clone, Copy, Debug)]
+pub struct HexUpdate<R> {
+    /// Internal force on each corner, f_a = ∫ T ∇N_a dV, N.
+    pub internal_force: CornerVectors<R>,
+    /// Stress power of the step at the points, J.
+    pub internal_energy: R,
+    /// Its dissipated part, J.
+    pub plastic_dissipation: R,
+    /// Work of the step against bulk viscosity, J.
+    pub viscous_energy: R,
+    /// Smallest det F of the points.
+    pub min_jacobian: R,
+    /// Stable time step on the new geometry, s.
+    pub stable_time_step: R,
+}
+
+/// Derivatives of a vector field by ξ, η and ζ: `along[0][j + 2 k]`, `along[1][i + 2 k]`, `along[2][i + 2 j]`.
+#[derive(Clone, Copy, Debug)]
+struct ParentGradients<R> {
+    along: [[Vector3<R>; 4]; 3],
+}
+
+/// The three entries of [`ParentGradients::along`] at point q.
+const fn entries(point: usize) -> [usize; 3] {
+    let (i, j, k) = (point & 1, (point >> 1) & 1, point >> 2);
+    [j + 2 * k, i + 2 * k, i + 2 * j]
+}
+
+/// Coefficients of the seven modes that deform: ξ, η, ζ, ξη, ηζ, ζξ, ξηζ.
+type Modes<R> = [Vector3<R>; 7];
+
+/// Eight times the mode coefficients of a field with the given corner values (a Hadamard transform by butterflies).
+#[inline(always)]
+fn eightfold_modes<R: Real>(corners: &CornerVectors<R>) -> Modes<R> {
+    let x = corners;
+    // sums and differences along ξ; those of the edges (0,1) (3,2) (4,5) (7,6)
+    let (s0, s1, s2, s3) = (x[0] + x[1], x[3] + x[2], x[4] + x[5], x[7] + x[6]);
+    let (d0, d1, d2, d3) = (x[1] - x[0], x[2] - x[3], x[5] - x[4], x[6] - x[7]);
+    // along η, then along ζ
+    let (ss0, ss1, sd0, sd1) = (s0 + s1, s2 + s3, s1 - s0, s3 - s2);
+    let (ds0, ds1, dd0, dd1) = (d0 + d1, d2 + d3, d1 - d0, d3 - d2);
+    [ds0 + ds1, sd0 + sd1, ss1 - ss0, dd0 + dd1, sd1 - sd0, ds1 - ds0, dd1 - dd0]
+}
+
+/// Corner values of the field with the given mode coefficients: the transpose of [`eightfold_modes`].
+#[inline(always)]
+fn corner_values<R: Real>(modes: &Modes<R>) -> CornerVectors<R> {
+    let [xi, eta, zeta, xi_eta, eta_zeta, zeta_xi, xi_eta_zeta] = *modes;
+    // along ζ, then along η, then along ξ
+    let (ss0, ss1) = (Vector3::zero() - zeta, zeta);
+    let (ds0, ds1) = (xi - zeta_xi, xi + zeta_xi);
+    let (sd0, sd1) = (eta - eta_zeta, eta + eta_zeta);
+    let (dd0, dd1) = (xi_eta - xi_eta_zeta, xi_eta + xi_eta_zeta);
+    let (s0, s1, s2, s3) = (ss0 - sd0, ss0 + sd0, ss1 - sd1, ss1 + sd1);
+    let (d0, d1, d2, d3) = (ds0 - dd0, ds0 + dd0, ds1 - dd1, ds1 + dd1);
+    [s0 - d0, s0 + d0, s1 + d1, s1 - d1, s2 - d2, s2 + d2, s3 + d3, s3 - d3]
+}
+
+/// The four values of a + b s + c t + d s t at s, t = ∓1, s the faster.
+#[inline(always)]
+fn four_values<R: Real>(a: Vector3<R>, b: Vector3<R>, c: Vector3<R>, d: Vector3<R>) -> [Vector3<R>; 4] {
+    let (low, high, low_slope, high_slope) = (a - c, a + c, b - d, b + d);
+    [low - low_slope, low + low_slope, high - high_slope, high + high_slope]
+}
+
+impl<R: Real> ParentGradients<R> {
+    /// Derivatives at the Gauss points of the field with `modes` times eight.
+    #[inline(always)]
+    fn new(modes: &Modes<R>) -> Self {
+        let linear = |mode: Vector3<R>| mode * R::splat(1.0 / 8.0);
+        let bilinear = |mode: Vector3<R>| mode * R::splat(GAUSS / 8.0);
+        let [xi, eta, zeta] = [linear(modes[0]), linear(modes[1]), linear(modes[2])];
+        let [xi_eta, eta_zeta, zeta_xi] = [bilinear(modes[3]), bilinear(modes[4]), bilinear(modes[5])];
+        let xi_eta_zeta = modes[6] * R::splat(GAUSS * GAUSS / 8.0);
+        Self {
+            along: [
+                four_values(xi, xi_eta, zeta_xi, xi_eta_zeta),
+                four_values(eta, xi_eta, eta_zeta, xi_eta_zeta),
+                four_values(zeta, zeta_xi, eta_zeta, xi_eta_zeta),
+            ],
+        }
+    }
+
+    #[inline(always)]
+    fn zero() -> Self {
+        Self { along: [[Vector3::zero(); 4]; 3] }
+    }
+
+    /// ∂x/∂ξ at a point, the derivatives being the columns.
+    #[inline(always)]
+    fn at(&self, point: usize) -> Tensor<R> {
+        let [xi, eta, zeta] = entries(point);
+        Tensor { columns: [self.along[0][xi], self.along[1][eta], self.along[2][zeta]] }
+    }
+
+    /// Adds a flux, whose columns belong to ∂/∂ξ, ∂/∂η, ∂/∂ζ, at a point.
+    #[inline(always)]
+    fn add(&mut self, point: usize, flux: &Tensor<R>) {
+        for (direction, entry) in entries(point).into_iter().enumerate() {
+            let sum = &mut self.along[direction][entry];
+            *sum = *sum + flux.columns[direction];
+        }
+    }
+
+    /// The transpose of [`ParentGradients::new`]: eight times what the modes do work on.
+    #[inline(always)]
+    fn transposed(&self) -> Modes<R> {
+        let sums = self.along.map(|[a, b, c, d]| {
+            let (low, high, low_slope, high_slope) = (a + b, c + d, b - a, d - c);
+            [low + high, low_slope + high_slope, high - low, high_slope - low_slope]
+        });
+        let [xi, eta, zeta] = sums;
+        let gauss = R::splat(GAUSS);
+        [
+            xi[0],
+            eta[0],
+            zeta[0],
+            (xi[1] + eta[1]) * gauss,
+            (eta[2] + zeta[2]) * gauss,
+            (xi[2] + zeta[1]) * gauss,
+            (xi[3] + eta[3] + zeta[3]) * R::splat(GAUSS * GAUSS),
+        ]
+    }
+}
+
+/// ∂x/∂ξ at the centre from eight times the modes.
+#[inline(always)]
+fn central_gradient<R: Real>(modes: &Modes<R>) -> Tensor<R> {
+    Tensor { columns: [modes[0], modes[1], modes[2]] } * R::splat(1.0 / 8.0)
+}
+
+/// Volumetric response of the centre, for F-bar and for bulk viscosity.
+#[derive(Clone, Copy)]
+struct Centre<R> {
+    /// tr L at mid-step, 1/s.
+    volumetric_rate: R,
+    /// det F_{n+1}.
+    jacobian: R,
+    /// cof(∂x/∂ξ) at t_{n+1}.
+    cofactor: Tensor<R>,
+    /// det(∂x/∂ξ) at t_{n+1}.
+    parent_jacobian: R,
+}
+
+impl<R: Real> Centre<R> {
+    #[inline(always)]
+    fn new(reference: &Modes<R>, position: &Modes<R>, velocity: &Modes<R>, time_step: f64) -> Self {
+        let position = central_gradient(position);
+        let velocity = central_gradient(velocity);
+        let half = position + velocity * R::splat(-0.5 * time_step);
+        let cofactor_half = half.cofactor();
+        let jacobian_half = half.columns[0].dot(cofactor_half.columns[0]);
+        // tr L = (∂v/∂ξ) : cof(∂x/∂ξ) / det(∂x/∂ξ)
+        let flux: [R; 3] = std::array::from_fn(|i| velocity.columns[i].dot(cofactor_half.columns[i]));
+        let cofactor = position.cofactor();
+        let parent_jacobian = position.columns[0].dot(cofactor.columns[0]);
+        Self {
+            volumetric_rate: (flux[0] + flux[1] + flux[2]) / jacobian_half,
+            jacobian: parent_jacobian / central_gradient(reference).determinant(),
+            cofactor,
+            parent_jacobian,
+        }
+    }
+}
+
+/// One step of an element: stress and history of its points at t_{n+1}, the internal force there, energies and the
+/// stable time step on the new geometry. `corner_mass` is the smallest lumped mass of a corner, kg.
+#[inline(always)]
+pub fn advance<R: Real, M: Material>(
+    material: &M,
+    history: &mut HexHistory<M::State<R>, R>,
+    motion: &HexMotion<R>,
+    corner_mass: R,
+    step: &HexStep,
+) -> HexUpdate<R> {
+    let elasticity = material.elasticity();
+    let reference_modes = eightfold_modes(&motion.reference);
+    let position_modes = eightfold_modes(&motion.position);
+    let velocity_modes = eightfold_modes(&motion.velocity);
+    let reference = ParentGradients::new(&reference_modes);
+    let position = ParentGradients::new(&position_modes);
+    let velocity = ParentGradients::new(&velocity_modes);
+    let centre = Centre::new(&reference_modes, &position_modes, &velocity_modes, step.time_step);
+    let f_bar = step.formulation == Formulation::FBar;
+
+    let zero = R::splat(0.0);
+    let viscous = step.bulk_viscosity.map(|viscosity| {
+        let density = R::splat(elasticity.density()) / centre.jacobian;
+        let wave_speed = (R::splat(elasticity.p_wave_modulus()) / density).sqrt();
+        let length = wave_speed * history.stable_time_step;
+        viscosity.response(&ViscousState { volumetric_rate: centre.volumetric_rate, density, wave_speed, length })
+    });
+    let viscous_pressure = viscous.map_or(zero, |response| response.pressure);
+
+    let mut flux = ParentGradients::zero();
+    let mut divergence = ParentGradients::zero();
+    let (mut internal_energy, mut plastic_dissipation, mut volume_half) = (zero, zero, zero);
+    let (mut volume, mut metric) = (zero, zero);
+    let mut min_jacobian = R::splat(f64::INFINITY);
+    for point in 0..POINTS {
+        // F = (∂x/∂ξ)(∂X/∂ξ)⁻¹, Ḟ = (∂v/∂ξ)(∂X/∂ξ)⁻¹
+        let reference_gradient = reference.at(point);
+        let reference_cofactor = reference_gradient.cofactor();
+        let reference_jacobian = reference_gradient.columns[0].dot(reference_cofactor.columns[0]);
+        let to_parent = reference_cofactor.transpose() * reference_jacobian.recip();
+        let position_gradient = position.at(point);
+        let deformation_gradient = position_gradient.dot(&to_parent);
+        let rate = velocity.at(point).dot(&to_parent);
+        let mut moved =
+            PointMotion::new(deformation_gradient, &rate, step.time_step, history.rotations[point], M::NEEDS_ROTATION);
+        history.rotations[point] = moved.rotation;
+
+        if f_bar {
+            // L̄ = L + ⅓ (tr L₀ − tr L) I, F̄ = (J₀/J)^⅓ F
+            let kinematics = &mut moved.kinematics;
+            let correction = (centre.volumetric_rate - kinematics.velocity_gradient.trace()) * (1.0 / 3.0);
+            kinematics.velocity_gradient = kinematics.velocity_gradient.plus_spherical(correction);
+            let scale = (centre.jacobian / moved.jacobian_new).cbrt();
+            kinematics.deformation_gradient = kinematics.deformation_gradient * scale;
+        }
+        let update = material.update(&history.states[point], &moved.kinematics, step.time_step);
+        history.states[point] = update.state;
+
+        // ∫ T : D dV over the step, on the mid-step volume
+        let point_volume_half = moved.jacobian_half * reference_jacobian;
+        internal_energy = update.internal_energy.mul_add(point_volume_half, internal_energy);
+        plastic_dissipation = update.plastic_dissipation.mul_add(point_volume_half, plastic_dissipation);
+        volume_half += point_volume_half;
+        min_jacobian = min_jacobian.min(moved.jacobian_new);
+
+        // f_a = Σ_q T cof(∂x/∂ξ) ∂N_a/∂ξ
+        let cofactor = position_gradient.cofactor();
+        let jacobian = position_gradient.columns[0].dot(cofactor.columns[0]);
+        let stress = update.stress.plus_spherical(-viscous_pressure).to_tensor();
+        flux.add(point, &stress.dot(&cofactor));
+        divergence.add(point, &cofactor);
+        volume += jacobian;
+        metric = metric.max(largest_metric(&cofactor, jacobian));
+    }
+
+    let mean_divergence = divergence.transposed();
+    let geometry = ElementGeometry {
+        largest_metric: metric,
+        volume,
+        mean_divergence_squared: corner_norm_squared(&mean_divergence),
+        divergence_difference_squared: {
+            // V b₀ has the linear modes 8 cof₀ V/(8 j₀)
+            let scale = volume / centre.parent_jacobian;
+            let mut difference = mean_divergence;
+            for (mode, column) in difference.iter_mut().zip(centre.cofactor.columns) {
+                *mode = *mode - column * scale;
+            }
+            corner_norm_squared(&difference)
+        },
+    };
+    let bounds = ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
+    let undamped = stable_time_step(if f_bar {
+        bounds.frequency_squared_f_bar(&geometry, corner_mass)
+    } else {
+        bounds.frequency_squared(&geometry, corner_mass)
+    });
+    history.stable_time_step = undamped;
+    HexUpdate {
+        internal_force: corner_values(&flux.transposed()).map(|force| force * R::splat(1.0 / 8.0)),
+        internal_energy,
+        plastic_dissipation,
+        viscous_energy: -(viscous_pressure * centre.volumetric_rate * volume_half * step.time_step),
+        min_jacobian,
+        stable_time_step: viscous.map_or(undamped, |response| undamped * damped_step_factor(response.damping_ratio)),
+    }
+}
+
+/// Σ_a |f_a|² of the corner values ⅛ Σ modes, from the orthogonality of the modes: ⅛ Σ |mode|².
+#[inline(always)]
+fn corner_norm_squared<R: Real>(modes: &Modes<R>) -> R {
+    let mut sum = R::splat(0.0);
+    for mode in modes {
+        sum += mode.dot(*mode);
+    }
+    sum * (1.0 / 8.0)
+}
+
+/// Lumped mass of each corner by row sum, m_a = ∫ ρ N_a dV, kg.
+pub fn lumped_mass<R: Real>(reference: &CornerVectors<R>, density: f64) -> [R; CORNERS] {
+    let gradients = ParentGradients::new(&eightfold_modes(reference));
+    let mut mass = [R::splat(0.0); CORNERS];
+    for point in 0..POINTS {
+        let point_mass = gradients.at(point).determinant() * density;
+        for (corner, signs) in CORNER_SIGNS.iter().enumerate() {
+            mass[corner] += point_mass * shape_function(signs, point);
+        }
+    }
+    mass
+}
+
+/// det(∂x/∂ξ) at the centre.
+pub fn central_jacobian<R: Real>(position: &CornerVectors<R>) -> R {
+    central_gradient(&eightfold_modes(position)).determinant()
+}
+
+/// Smallest det(∂x/∂ξ) of the quadrature points.
+pub fn smallest_jacobian<R: Real>(position: &CornerVectors<R>) -> R {
+    let gradients = ParentGradients::new(&eightfold_modes(position));
+    (0..POINTS).fold(R::splat(f64::INFINITY), |smallest, point| smallest.min(gradients.at(point).determinant()))
+}
+
+/// N_a at a Gauss point.
+fn shape_function(corner_signs: &[f64; 3], point: usize) -> f64 {
+    let coordinate = |direction: usize| if point >> direction & 1 == 1 { GAUSS } else { -GAUSS };
+    (0..3).map(|direction| 0.5 * (1.0 + corner_signs[direction] * coordinate(direction))).product()
+}

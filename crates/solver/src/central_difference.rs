@@ -1,0 +1,269 @@
+//! The time loop: explicit central differences with half-step velocities and a variable step.
+
+use crate::constraints::Constraints;
+use crate::error::SimulationError;
+use crate::model::RigidWall;
+use crate::simulation::Simulation;
+use crate::solid_block::NodalMotion;
+use estar_element::hex8::HexStep;
+use rayon::prelude::*;
+
+/// Nodes that one thread takes at a time; sums over nodes are formed within such a chunk first.
+const CHUNK: usize = 1024;
+
+impl Simulation {
+    /// Moves the body from t_n to t_{n+1}.
+    ///
+    /// # Errors
+    /// An inverted element, a value that is not finite, or an energy error over the limit. The state is that of t_{n+1}
+    /// then, so that it can be looked at; it cannot be advanced further with sense.
+    pub fn advance(&mut self) -> Result<(), SimulationError> {
+        let time_step = self.next_time_step;
+
+        // u_{n+1} = u_n + Δt_{n+½} v_{n+½}
+        self.drift(time_step);
+        self.step += 1;
+        self.time_step = time_step;
+        self.time = if self.step_is_last { self.settings.end } else { self.time + time_step };
+
+        // f_int(u_{n+1}), internal energy, Δt_{n+3/2}
+        self.update_elements(time_step);
+        self.choose_next_time_step();
+
+        // f_ext(t_{n+1})
+        self.update_loads();
+
+        // a_{n+1} = M⁻¹ (f_ext − f_int), v_{n+3/2} = v_{n+½} + ½ (Δt_{n+½} + Δt_{n+3/2}) a_{n+1}
+        self.kick();
+        self.check()
+    }
+
+    /// u ← u + Δt v.
+    fn drift(&mut self, time_step: f64) {
+        let displacement = self.nodes.displacement.par_chunks_mut(CHUNK);
+        displacement.zip(self.nodes.velocity.par_chunks(CHUNK)).for_each(|(displacement, velocity)| {
+            for (displacement, velocity) in displacement.iter_mut().zip(velocity) {
+                for (u, v) in displacement.iter_mut().zip(velocity) {
+                    *u += time_step * v;
+                }
+            }
+        });
+    }
+
+    /// Corner forces, energies of the step, smallest Jacobian and stable time step on the current displacement.
+    pub(crate) fn update_elements(&mut self, time_step: f64) {
+        let nodes = &self.nodes;
+        let motion =
+            NodalMotion { reference: &nodes.reference, displacement: &nodes.displacement, velocity: &nodes.velocity };
+        self.elements.clear();
+        let mut corner_forces = self.corner_forces.as_mut_slice();
+        for block in &mut self.blocks {
+            let (own, rest) = corner_forces.split_at_mut(block.elements.force_count());
+            corner_forces = rest;
+            let step =
+                HexStep { formulation: block.formulation, bulk_viscosity: self.settings.bulk_viscosity, time_step };
+            self.elements.add(&block.elements.advance(motion, &step, own), block.elements.hexes());
+        }
+        self.energies.internal += self.elements.internal_energy;
+        self.energies.plastic_dissipation += self.elements.plastic_dissipation;
+        self.energies.viscous += self.elements.viscous_energy;
+    }
+
+    /// Δt = safety × stable step; the last step ends at the end, and the one before is as long.
+    pub(crate) fn choose_next_time_step(&mut self) {
+        let stable = self.settings.safety_factor * self.elements.stable_time_step.value;
+        let remaining = self.settings.end - self.time;
+        self.step_is_last = remaining <= stable;
+        self.next_time_step = if remaining <= 0.0 {
+            stable
+        } else if self.step_is_last {
+            remaining
+        } else if remaining < 2.0 * stable {
+            0.5 * remaining
+        } else {
+            stable
+        };
+    }
+
+    /// Forces of the loads at the current time and place.
+    pub(crate) fn update_loads(&mut self) {
+        if self.loads.is_empty() {
+            return;
+        }
+        self.external_force.fill([0.0; 3]);
+        for load in &mut self.loads {
+            load.apply(self.time, &self.nodes.reference, &self.nodes.displacement, &mut self.external_force);
+        }
+    }
+
+    /// Accelerations at t_n from the forces there, velocities at the next half step, and the energies of t_n.
+    pub(crate) fn kick(&mut self) {
+        // at the start there is no step before: Δt_{−½} = 0
+        let (step_old, step_new) = (self.time_step, self.next_time_step);
+        let mean_step = 0.5 * (step_old + step_new);
+        self.constraints.prepare(self.time + step_new);
+        for (load, power) in self.loads.iter().zip(&mut self.load_power) {
+            *power = load.power(&self.nodes.velocity);
+        }
+
+        let nodes = &mut self.nodes;
+        let kick = Kick { mean_step, step_new, constraints: &self.constraints, walls: &self.walls };
+        let (corner_lists, corner_forces) = (&self.corner_lists, &self.corner_forces);
+        let (reference, displacement, mass) = (&nodes.reference, &nodes.displacement, &nodes.mass);
+        let external_force = &self.external_force;
+        let chunks = nodes
+            .velocity
+            .par_chunks_mut(CHUNK)
+            .zip(nodes.acceleration.par_chunks_mut(CHUNK))
+            .zip(nodes.reaction.par_chunks_mut(CHUNK))
+            .zip(self.node_sums.par_iter_mut())
+            .enumerate();
+        chunks.for_each(|(chunk, (((velocity, acceleration), reaction), sums))| {
+            *sums = NodeSums::default();
+            for local in 0..velocity.len() {
+                let node = chunk * CHUNK + local;
+                let mut force = corner_lists.sum(corner_forces, node);
+                if let Some(external) = external_force.get(node) {
+                    force = std::array::from_fn(|i| force[i] + external[i]);
+                }
+                let place = Place { node, reference: &reference[node], displacement: &displacement[node] };
+                let moved = kick.velocity(&place, mass[node], force, velocity[local]);
+                sums.enter(mass[node], &velocity[local], &moved);
+                acceleration[local] = std::array::from_fn(|i| (moved.velocity[i] - velocity[local][i]) / mean_step);
+                if self.constraints.constrain(node) {
+                    reaction[local] = moved.constraint_impulse.map(|impulse| impulse / mean_step);
+                }
+                velocity[local] = moved.velocity;
+            }
+        });
+        let sums = self.node_sums.iter().fold(NodeSums::default(), NodeSums::plus);
+
+        // works of the forces of t_n: half over the step before, half over the step after
+        for ((load, power_old), work) in self.loads.iter_mut().zip(&self.load_power).zip(&mut self.energies.load_work) {
+            let power_new = load.power(&self.nodes.velocity);
+            load.work.enter(0.5 * step_old * power_old, 0.5 * step_new * power_new);
+            *work = load.work.until_now;
+        }
+        self.constraint_work.enter(sums.constraint_work_before, sums.constraint_work_after);
+        self.contact_work.enter(sums.contact_work_before, sums.contact_work_after);
+        self.energies.kinetic = sums.kinetic;
+        self.energies.constraint_work = self.constraint_work.until_now;
+        self.energies.contact = -self.contact_work.until_now;
+        self.momentum = sums.momentum;
+    }
+
+    fn check(&self) -> Result<(), SimulationError> {
+        let (step, time) = (self.step, self.time);
+        let elements = &self.elements;
+        // a NaN compares false, so the Jacobian is asked whether it is positive
+        if elements.min_jacobian.value <= 0.0 {
+            let (hex, jacobian) = (elements.min_jacobian.element, elements.min_jacobian.value);
+            return Err(SimulationError::ElementInverted { hex, jacobian, step, time });
+        }
+        if let Some(hex) = elements.not_finite {
+            return Err(SimulationError::NotFinite { hex, step, time });
+        }
+        let (error, limit) = (self.energies.error(), self.settings.energy_error_limit);
+        if error.abs() > limit {
+            return Err(SimulationError::EnergyError { error, limit, step, time });
+        }
+        Ok(())
+    }
+}
+
+/// What a kick needs besides the node itself.
+struct Kick<'a> {
+    mean_step: f64,
+    step_new: f64,
+    constraints: &'a Constraints,
+    walls: &'a [RigidWall],
+}
+
+/// A node and where it is.
+struct Place<'a> {
+    node: usize,
+    reference: &'a [f64; 3],
+    displacement: &'a [f64; 3],
+}
+
+/// What a kick does to a node.
+struct Moved {
+    /// v_{n+½}.
+    velocity: [f64; 3],
+    /// Impulse of held and driven directions, N s.
+    constraint_impulse: [f64; 3],
+    /// Impulse of the walls, N s.
+    wall_impulse: [f64; 3],
+}
+
+impl Kick<'_> {
+    #[inline]
+    fn velocity(&self, place: &Place<'_>, mass: f64, force: [f64; 3], velocity_old: [f64; 3]) -> Moved {
+        // v_{n+½} = v_{n−½} + ½ (Δt_{n−½} + Δt_{n+½}) f_n / m
+        let scale = self.mean_step / mass;
+        let free: [f64; 3] = std::array::from_fn(|i| velocity_old[i] + scale * force[i]);
+        let constrained = |v| self.constraints.velocity(place.node, v, place.displacement, self.step_new);
+        let met = constrained(free);
+        if self.walls.is_empty() {
+            let constraint_impulse = std::array::from_fn(|i| mass * (met[i] - free[i]));
+            return Moved { velocity: met, constraint_impulse, wall_impulse: [0.0; 3] };
+        }
+        let position: [f64; 3] = std::array::from_fn(|i| place.reference[i] + place.displacement[i]);
+        let stopped = self.walls.iter().fold(met, |v, wall| wall.velocity(v, &position, self.step_new));
+        let velocity = constrained(stopped);
+        Moved {
+            velocity,
+            constraint_impulse: std::array::from_fn(|i| mass * (met[i] - free[i] + velocity[i] - stopped[i])),
+            wall_impulse: std::array::from_fn(|i| mass * (stopped[i] - met[i])),
+        }
+    }
+}
+
+/// Sums over the nodes of a chunk.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct NodeSums {
+    kinetic: f64,
+    momentum: [f64; 3],
+    constraint_work_before: f64,
+    constraint_work_after: f64,
+    contact_work_before: f64,
+    contact_work_after: f64,
+}
+
+impl NodeSums {
+    /// Chunks of a body with `node_count` nodes.
+    pub fn chunk_count(node_count: usize) -> usize {
+        node_count.div_ceil(CHUNK)
+    }
+
+    #[inline]
+    fn enter(&mut self, mass: f64, old: &[f64; 3], moved: &Moved) {
+        let new = &moved.velocity;
+        // K_n = Σ ½ m v_{n−½} · v_{n+½}
+        self.kinetic += 0.5 * mass * dot(old, new);
+        for i in 0..3 {
+            self.momentum[i] += 0.5 * mass * (old[i] + new[i]);
+        }
+        // an impulse does the work I · ½ (v_{n−½} + v_{n+½})
+        self.constraint_work_before += 0.5 * dot(&moved.constraint_impulse, old);
+        self.constraint_work_after += 0.5 * dot(&moved.constraint_impulse, new);
+        self.contact_work_before += 0.5 * dot(&moved.wall_impulse, old);
+        self.contact_work_after += 0.5 * dot(&moved.wall_impulse, new);
+    }
+
+    fn plus(self, other: &Self) -> Self {
+        Self {
+            kinetic: self.kinetic + other.kinetic,
+            momentum: std::array::from_fn(|i| self.momentum[i] + other.momentum[i]),
+            constraint_work_before: self.constraint_work_before + other.constraint_work_before,
+            constraint_work_after: self.constraint_work_after + other.constraint_work_after,
+            contact_work_before: self.contact_work_before + other.contact_work_before,
+            contact_work_after: self.contact_work_after + other.contact_work_after,
+        }
+    }
+}
+
+#[inline]
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}

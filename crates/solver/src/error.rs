@@ -1,0 +1,149 @@
+//! What can be wrong with a model, and what can go wrong in a run. Numbers are indices of the mesh; who knows the
+//! user's labels says them.
+
+use crate::model::Direction;
+
+/// A model that cannot be simulated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// An index beyond the mesh.
+    #[error("{what} refers to node or element {index}, but the mesh has only {count}")]
+    OutOfRange {
+        /// Which entry of the model.
+        what: &'static str,
+        /// The index.
+        index: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// A part without hexes.
+    #[error("part {part} has no hexes")]
+    EmptyPart {
+        /// Position of the part in the model.
+        part: usize,
+    },
+    /// A hex that belongs to two parts.
+    #[error("hex {hex} belongs to part {first} and to part {second}")]
+    HexInTwoParts {
+        /// The hex.
+        hex: u32,
+        /// Position of the first part in the model.
+        first: usize,
+        /// Position of the second.
+        second: usize,
+    },
+    /// Hexes that belong to no part.
+    #[error("{count} hexes belong to no part, the first is {first}")]
+    HexWithoutPart {
+        /// How many.
+        count: usize,
+        /// The first of them.
+        first: u32,
+    },
+    /// A hex that is inside out, or so distorted that a corner has no mass.
+    #[error("hex {hex} is inverted or too distorted: its smallest {what} is {value:?}")]
+    BadHex {
+        /// The hex.
+        hex: u32,
+        /// What is not positive.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Nodes that no element uses.
+    #[error("{count} nodes belong to no element, the first is {first}")]
+    NodeWithoutMass {
+        /// How many.
+        count: usize,
+        /// The first of them.
+        first: u32,
+    },
+    /// Two entries that prescribe different motions of one degree of freedom.
+    #[error("node {node} is driven in {direction:?} by {first:?} and by {second:?}")]
+    ConflictingConstraints {
+        /// The node.
+        node: u32,
+        /// The direction.
+        direction: Direction,
+        /// The first entry.
+        first: ConstraintSource,
+        /// The second entry.
+        second: ConstraintSource,
+    },
+    /// A node that begins behind a rigid wall.
+    #[error("{count} nodes begin behind rigid wall {wall}, the deepest, node {node}, by {depth:?} m")]
+    NodeBehindWall {
+        /// Position of the wall in the model.
+        wall: usize,
+        /// How many nodes.
+        count: usize,
+        /// The deepest node.
+        node: u32,
+        /// How deep it is, m.
+        depth: f64,
+    },
+    /// A direction that is not a unit vector.
+    #[error("the {what} must be a unit vector")]
+    NotUnit {
+        /// Which direction.
+        what: &'static str,
+    },
+    /// A setting out of its bounds.
+    #[error("{setting} = {value:?} is not allowed: {bound}")]
+    Setting {
+        /// The deck's name of the setting.
+        setting: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be allowed.
+        bound: &'static str,
+    },
+}
+
+/// An entry of the model that constrains motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConstraintSource {
+    /// Position in [`Model::fixes`](crate::Model::fixes).
+    Fix(usize),
+    /// Position in [`Model::prescribed`](crate::Model::prescribed).
+    Prescribed(usize),
+}
+
+/// A run that cannot go on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    /// An element turned inside out.
+    #[error("hex {hex} inverted (det F = {jacobian:?}) at step {step}, t = {time:?} s")]
+    ElementInverted {
+        /// The hex.
+        hex: u32,
+        /// Smallest det F of its points.
+        jacobian: f64,
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+    },
+    /// A force, an energy or a time step that is infinite or not a number.
+    #[error("a value in hex {hex} is not finite at step {step}, t = {time:?} s")]
+    NotFinite {
+        /// The hex.
+        hex: u32,
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+    },
+    /// An energy balance that is off by more than allowed.
+    #[error("the energy error {error:?} is over the limit {limit:?} at step {step}, t = {time:?} s")]
+    EnergyError {
+        /// Energy error as a fraction.
+        error: f64,
+        /// The limit.
+        limit: f64,
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+    },
+}

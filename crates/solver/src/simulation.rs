@@ -1,0 +1,556 @@
+//! A simulation: the state of a body in motion, made from a model and a mesh.
+
+use crate::assembly::CornerLists;
+use crate::central_difference::NodeSums;
+use crate::constraints::Constraints;
+use crate::energy::{CentredWork, Energies};
+use crate::error::ModelError;
+use crate::loads::NodalLoad;
+use crate::model::{Direction, Formulation, LoadKind, Model, Part, RigidWall, TimeSettings};
+use crate::solid_block::{BlockReport, ElementBlock, Extreme, block};
+use estar_element::hex8::{self, CornerVectors};
+use estar_mesh::Mesh;
+use estar_tensor::{LaneLevel, Vector3};
+
+/// The state of a body at a time t_n, with the velocities of the half step that comes next.
+///
+/// Two simulations of one model on one mesh have the same bits, whatever the number of threads and the lane level.
+/// [`Simulation::advance`] is to be called inside of a rayon thread pool (`pool.install`); then a step allocates
+/// nothing.
+pub struct Simulation {
+    pub(crate) settings: TimeSettings,
+    pub(crate) step: u64,
+    pub(crate) time: f64,
+    /// Δt_{n−½}.
+    pub(crate) time_step: f64,
+    /// Δt_{n+½}.
+    pub(crate) next_time_step: f64,
+    pub(crate) step_is_last: bool,
+    pub(crate) nodes: Nodes,
+    pub(crate) blocks: Vec<Block>,
+    pub(crate) corner_forces: Vec<f64>,
+    pub(crate) corner_lists: CornerLists,
+    pub(crate) loads: Vec<NodalLoad>,
+    pub(crate) load_power: Vec<f64>,
+    /// One vector a node where there are loads, else empty.
+    pub(crate) external_force: Vec<[f64; 3]>,
+    pub(crate) constraints: Constraints,
+    pub(crate) walls: Vec<RigidWall>,
+    pub(crate) node_sums: Vec<NodeSums>,
+    pub(crate) elements: ElementsReport,
+    pub(crate) energies: Energies,
+    pub(crate) constraint_work: CentredWork,
+    pub(crate) contact_work: CentredWork,
+    pub(crate) momentum: [f64; 3],
+    hexes: Vec<[u32; 8]>,
+    /// Block and place in it of each hex.
+    place_of_hex: Vec<(u32, u32)>,
+}
+
+/// Fields over the nodes.
+pub(crate) struct Nodes {
+    /// X, m.
+    pub reference: Vec<[f64; 3]>,
+    /// u_n, m.
+    pub displacement: Vec<[f64; 3]>,
+    /// v_{n+½}, m/s.
+    pub velocity: Vec<[f64; 3]>,
+    /// a_n, with the impulses of constraints and walls, m/s².
+    pub acceleration: Vec<[f64; 3]>,
+    /// Force of held and driven directions at t_n, N; zero at free nodes.
+    pub reaction: Vec<[f64; 3]>,
+    /// Lumped mass, kg.
+    pub mass: Vec<f64>,
+}
+
+/// A block of elements and its formulation.
+pub(crate) struct Block {
+    pub formulation: Formulation,
+    pub elements: Box<dyn ElementBlock>,
+}
+
+/// The block reports of a step, with hexes of the mesh in place of elements of blocks.
+#[derive(Clone, Copy)]
+pub(crate) struct ElementsReport {
+    pub internal_energy: f64,
+    pub plastic_dissipation: f64,
+    pub viscous_energy: f64,
+    pub min_jacobian: Extreme,
+    pub stable_time_step: Extreme,
+    pub not_finite: Option<u32>,
+}
+
+impl ElementsReport {
+    fn new() -> Self {
+        let none = Extreme { value: f64::INFINITY, element: 0 };
+        Self {
+            internal_energy: 0.0,
+            plastic_dissipation: 0.0,
+            viscous_energy: 0.0,
+            min_jacobian: none,
+            stable_time_step: none,
+            not_finite: None,
+        }
+    }
+
+    pub fn clear(&mut self) {
+        *self = Self::new();
+    }
+
+    pub fn add(&mut self, report: &BlockReport, hexes: &[u32]) {
+        let hex = |element: u32| hexes.get(element as usize).copied().unwrap_or_default();
+        let smaller = |own: Extreme, other: Extreme| {
+            if other.value < own.value { Extreme { value: other.value, element: hex(other.element) } } else { own }
+        };
+        self.internal_energy += report.internal_energy;
+        self.plastic_dissipation += report.plastic_dissipation;
+        self.viscous_energy += report.viscous_energy;
+        self.min_jacobian = smaller(self.min_jacobian, report.min_jacobian);
+        self.stable_time_step = smaller(self.stable_time_step, report.stable_time_step);
+        self.not_finite = self.not_finite.or(report.not_finite.map(hex));
+    }
+}
+
+/// Extremes over the elements at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extremes {
+    /// Largest equivalent plastic strain of a quadrature point.
+    pub max_equivalent_plastic_strain: f64,
+    /// Smallest det F of a quadrature point.
+    pub min_jacobian: f64,
+    /// Stable time step of the mesh, s, without the safety factor.
+    pub stable_time_step: f64,
+    /// The hex that sets it.
+    pub controlling_hex: u32,
+}
+
+/// Fields over the hexes: means over the quadrature points of each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HexFields {
+    /// Cauchy stress T, components xx, yy, zz, xy, yz, xz, Pa.
+    pub cauchy_stress: Vec<[f64; 6]>,
+    /// Von Mises stress of the mean stress, Pa.
+    pub von_mises_stress: Vec<f64>,
+    /// Pressure −⅓ tr T, Pa.
+    pub pressure: Vec<f64>,
+    /// Equivalent plastic strain ε̄ᵖ.
+    pub equivalent_plastic_strain: Vec<f64>,
+    /// det F at the centre, the volume ratio that F-bar gives every point.
+    pub volume_ratio: Vec<f64>,
+}
+
+impl Simulation {
+    /// The simulation of `model` on `mesh` at time 0.
+    ///
+    /// # Errors
+    /// Everything that [`ModelError`] lists.
+    pub fn new(mesh: &Mesh, model: Model, level: LaneLevel) -> Result<Self, ModelError> {
+        check_settings(&model.settings)?;
+        check_indices(mesh, &model)?;
+        let reference = mesh.coordinates().to_vec();
+        let node_count = reference.len();
+        let place_of_hex = places(mesh.hex_count(), &model.parts)?;
+        check_directions(&model)?;
+        check_walls(&model.walls, &reference)?;
+
+        let mut mass = vec![0.0; node_count];
+        let mut blocks = Vec::new();
+        for part in &model.parts {
+            let corner_mass = add_mass(part, mesh, &mut mass)?;
+            let elements = block(part, mesh.hexes(), corner_mass, level);
+            blocks.push(Block { formulation: part.element, elements });
+        }
+        let massless: Vec<usize> = (0..node_count).filter(|&node| mass[node] <= 0.0).collect();
+        if let Some(&first) = massless.first() {
+            return Err(ModelError::NodeWithoutMass { count: massless.len(), first: first as u32 });
+        }
+
+        let mut corners = Vec::with_capacity(8 * mesh.hex_count());
+        let mut force_count = 0;
+        for block in &blocks {
+            for (element, &hex) in block.elements.hexes().iter().enumerate() {
+                for (corner, &node) in mesh.hexes()[hex as usize].iter().enumerate() {
+                    corners.push((node, (force_count + block.elements.force_slot(element, corner)) as u32));
+                }
+            }
+            force_count += block.elements.force_count();
+        }
+        // the level that `dispatch` falls back to decides how far the components of a force lie apart
+        let stride = blocks.first().map_or(1, |block| block.elements.component_stride());
+
+        let loads: Vec<NodalLoad> =
+            model.loads.iter().map(|load| NodalLoad::new(&load.kind, &reference, &mass)).collect();
+        let velocity = initial_velocity(&model, &reference);
+        let initial_kinetic: f64 =
+            mass.iter().zip(&velocity).map(|(mass, v)| 0.5 * mass * v.iter().map(|v| v * v).sum::<f64>()).sum();
+        let mut simulation = Self {
+            settings: model.settings,
+            step: 0,
+            time: 0.0,
+            time_step: 0.0,
+            next_time_step: 0.0,
+            step_is_last: false,
+            corner_forces: vec![0.0; force_count],
+            corner_lists: CornerLists::new(node_count, &corners, stride),
+            load_power: vec![0.0; loads.len()],
+            external_force: vec![[0.0; 3]; if loads.is_empty() { 0 } else { node_count }],
+            constraints: Constraints::new(&model, node_count)?,
+            walls: model.walls,
+            node_sums: vec![NodeSums::default(); NodeSums::chunk_count(node_count)],
+            elements: ElementsReport::new(),
+            energies: Energies { initial_kinetic, load_work: vec![0.0; loads.len()], ..Energies::default() },
+            constraint_work: CentredWork::default(),
+            contact_work: CentredWork::default(),
+            momentum: [0.0; 3],
+            hexes: mesh.hexes().to_vec(),
+            place_of_hex,
+            loads,
+            blocks,
+            nodes: Nodes {
+                displacement: vec![[0.0; 3]; node_count],
+                velocity,
+                acceleration: vec![[0.0; 3]; node_count],
+                reaction: vec![[0.0; 3]; node_count],
+                reference,
+                mass,
+            },
+        };
+        simulation.update_elements(0.0);
+        simulation.choose_next_time_step();
+        simulation.update_loads();
+        simulation.kick();
+        // what walls and constraints change at time 0 they change after it has been looked at
+        simulation.energies.kinetic = initial_kinetic;
+        simulation.energies.constraint_work = 0.0;
+        simulation.energies.contact = 0.0;
+        Ok(simulation)
+    }
+
+    /// Time t_n, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Steps so far, n.
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
+    /// The step that led here, Δt_{n−½}; before the first step the one that comes. In s.
+    pub fn time_step(&self) -> f64 {
+        if self.step == 0 { self.next_time_step } else { self.time_step }
+    }
+
+    /// Whether the end has been reached.
+    pub fn is_finished(&self) -> bool {
+        self.time >= self.settings.end
+    }
+
+    /// The end of the simulation, s.
+    pub fn end_time(&self) -> f64 {
+        self.settings.end
+    }
+
+    /// The energy ledger of t_n.
+    pub fn energies(&self) -> &Energies {
+        &self.energies
+    }
+
+    /// Linear momentum Σ m v, kg m/s.
+    pub fn momentum(&self) -> [f64; 3] {
+        self.momentum
+    }
+
+    /// Angular momentum Σ x × m v about the origin, kg m²/s.
+    pub fn angular_momentum(&self) -> [f64; 3] {
+        let nodes = &self.nodes;
+        let mut sum = [0.0; 3];
+        for node in 0..nodes.mass.len() {
+            let x: [f64; 3] = std::array::from_fn(|i| nodes.reference[node][i] + nodes.displacement[node][i]);
+            let p = self.velocity_of(node).map(|v| v * nodes.mass[node]);
+            let moment = cross(&x, &p);
+            sum = std::array::from_fn(|i| sum[i] + moment[i]);
+        }
+        sum
+    }
+
+    /// Extremes over the elements; looks at every quadrature point.
+    pub fn extremes(&self) -> Extremes {
+        let mut strain: f64 = 0.0;
+        for block in &self.blocks {
+            for element in 0..block.elements.hexes().len() {
+                for output in block.elements.outputs(element) {
+                    strain = strain.max(output.equivalent_plastic_strain);
+                }
+            }
+        }
+        Extremes {
+            max_equivalent_plastic_strain: strain,
+            min_jacobian: self.elements.min_jacobian.value,
+            stable_time_step: self.elements.stable_time_step.value,
+            controlling_hex: self.elements.stable_time_step.element,
+        }
+    }
+
+    /// Stable time step of every hex, s, without the safety factor and without the effect of bulk viscosity.
+    pub fn stable_time_steps(&self) -> Vec<f64> {
+        let step =
+            |&(block, element): &(u32, u32)| self.blocks[block as usize].elements.stable_time_step(element as usize);
+        self.place_of_hex.iter().map(step).collect()
+    }
+
+    /// Coordinates at time 0, m.
+    pub fn reference(&self) -> &[[f64; 3]] {
+        &self.nodes.reference
+    }
+
+    /// Displacement of every node at t_n, m.
+    pub fn displacement(&self) -> &[[f64; 3]] {
+        &self.nodes.displacement
+    }
+
+    /// Velocity of every node at t_n, m/s.
+    pub fn velocity(&self) -> Vec<[f64; 3]> {
+        (0..self.nodes.mass.len()).map(|node| self.velocity_of(node)).collect()
+    }
+
+    /// Acceleration of every node at t_n, m/s².
+    pub fn acceleration(&self) -> &[[f64; 3]] {
+        &self.nodes.acceleration
+    }
+
+    /// Lumped mass of every node, kg.
+    pub fn mass(&self) -> &[f64] {
+        &self.nodes.mass
+    }
+
+    /// Sum of the forces that hold or drive `nodes` in `direction`, on the body, N.
+    pub fn reaction(&self, nodes: &[u32], direction: Direction) -> f64 {
+        nodes.iter().map(|&node| self.nodes.reaction[node as usize][direction.index()]).sum()
+    }
+
+    /// Number of hexes.
+    pub fn hex_count(&self) -> usize {
+        self.hexes.len()
+    }
+
+    /// v_n = v_{n+½} − ½ Δt_{n+½} a_n.
+    fn velocity_of(&self, node: usize) -> [f64; 3] {
+        let (velocity, acceleration) = (&self.nodes.velocity[node], &self.nodes.acceleration[node]);
+        std::array::from_fn(|i| velocity[i] - 0.5 * self.next_time_step * acceleration[i])
+    }
+
+    /// Means over the quadrature points of every hex.
+    pub fn hex_fields(&self) -> HexFields {
+        let count = self.hexes.len();
+        let mut fields = HexFields {
+            cauchy_stress: vec![[0.0; 6]; count],
+            von_mises_stress: vec![0.0; count],
+            pressure: vec![0.0; count],
+            equivalent_plastic_strain: vec![0.0; count],
+            volume_ratio: vec![0.0; count],
+        };
+        for block in &self.blocks {
+            for (element, &hex) in block.elements.hexes().iter().enumerate() {
+                let hex = hex as usize;
+                let outputs = block.elements.outputs(element);
+                let share = (outputs.len() as f64).recip();
+                let mut stress = [0.0; 6];
+                for output in &outputs {
+                    for (sum, component) in stress.iter_mut().zip(output.cauchy_stress.0) {
+                        *sum += share * component;
+                    }
+                    fields.equivalent_plastic_strain[hex] += share * output.equivalent_plastic_strain;
+                }
+                let stress_tensor = estar_tensor::SymmetricTensor(stress);
+                fields.cauchy_stress[hex] = stress;
+                fields.pressure[hex] = stress_tensor.trace() / -3.0;
+                fields.von_mises_stress[hex] = (1.5 * stress_tensor.deviator().norm_squared()).sqrt();
+                let corners = self.hexes[hex];
+                fields.volume_ratio[hex] =
+                    hex8::central_jacobian(&corner_vectors(&corners, |node| {
+                        let (x, u) = (&self.nodes.reference[node], &self.nodes.displacement[node]);
+                        std::array::from_fn(|i| x[i] + u[i])
+                    })) / hex8::central_jacobian(&corner_vectors(&corners, |node| self.nodes.reference[node]));
+            }
+        }
+        fields
+    }
+
+    /// Calls `visit` with every number of the state, in an order that depends neither on threads nor on lanes.
+    pub fn for_each_number(&self, mut visit: impl FnMut(f64)) {
+        visit(self.time);
+        visit(self.time_step);
+        visit(self.next_time_step);
+        let nodes = &self.nodes;
+        for field in [&nodes.displacement, &nodes.velocity, &nodes.acceleration, &nodes.reaction] {
+            field.iter().flatten().for_each(|&number| visit(number));
+        }
+        for block in &self.blocks {
+            block.elements.for_each_number(&mut visit);
+        }
+        let energies = &self.energies;
+        for number in [energies.kinetic, energies.internal, energies.plastic_dissipation, energies.viscous] {
+            visit(number);
+        }
+        for work in self.loads.iter().map(|load| &load.work).chain([&self.constraint_work, &self.contact_work]) {
+            visit(work.until_now);
+            visit(work.begun);
+        }
+    }
+}
+
+/// The corners of a hex at the positions that `position` gives.
+fn corner_vectors(hex: &[u32; 8], position: impl Fn(usize) -> [f64; 3]) -> CornerVectors<f64> {
+    hex.map(|node| Vector3(position(node as usize)))
+}
+
+fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Adds the lumped mass of a part to its nodes; returns the smallest corner mass of each of its hexes.
+fn add_mass(part: &Part, mesh: &Mesh, mass: &mut [f64]) -> Result<Vec<f64>, ModelError> {
+    let density = part.material.elasticity().density();
+    part.hexes
+        .iter()
+        .map(|&hex| {
+            let nodes = &mesh.hexes()[hex as usize];
+            let corners = corner_vectors(nodes, |node| mesh.coordinates()[node]);
+            let jacobian = hex8::smallest_jacobian(&corners);
+            if !(jacobian.is_finite() && jacobian > 0.0) {
+                return Err(ModelError::BadHex { hex, what: "Jacobian at a quadrature point", value: jacobian });
+            }
+            let corner_mass = hex8::lumped_mass(&corners, density);
+            for (&node, corner_mass) in nodes.iter().zip(corner_mass) {
+                mass[node as usize] += corner_mass;
+            }
+            match corner_mass.into_iter().find(|mass| !(mass.is_finite() && *mass > 0.0)) {
+                Some(value) => Err(ModelError::BadHex { hex, what: "corner mass", value }),
+                None => Ok(corner_mass.into_iter().fold(f64::INFINITY, f64::min)),
+            }
+        })
+        .collect()
+}
+
+/// Part and place in it of every hex.
+fn places(hex_count: usize, parts: &[Part]) -> Result<Vec<(u32, u32)>, ModelError> {
+    let mut places: Vec<Option<(u32, u32)>> = vec![None; hex_count];
+    for (second, part) in parts.iter().enumerate() {
+        for (element, &hex) in part.hexes.iter().enumerate() {
+            let place = &mut places[hex as usize];
+            if let Some((first, _)) = *place {
+                return Err(ModelError::HexInTwoParts { hex, first: first as usize, second });
+            }
+            *place = Some((second as u32, element as u32));
+        }
+    }
+    let count = places.iter().filter(|place| place.is_none()).count();
+    if let Some(first) = places.iter().position(Option::is_none) {
+        return Err(ModelError::HexWithoutPart { count, first: first as u32 });
+    }
+    Ok(places.into_iter().flatten().collect())
+}
+
+fn initial_velocity(model: &Model, reference: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let mut velocity = vec![[0.0; 3]; reference.len()];
+    for entry in &model.initial_velocities {
+        for &node in &entry.nodes {
+            let mut v = entry.translation;
+            if let Some(spin) = entry.spin {
+                // v = ω × (x − c)
+                let arm = std::array::from_fn(|i| reference[node as usize][i] - spin.centre[i]);
+                let turning = cross(&spin.rate, &arm);
+                v = std::array::from_fn(|i| v[i] + turning[i]);
+            }
+            velocity[node as usize] = v;
+        }
+    }
+    velocity
+}
+
+fn check_settings(settings: &TimeSettings) -> Result<(), ModelError> {
+    let check = |setting, value: f64, allowed: bool, bound| {
+        if value.is_finite() && allowed { Ok(()) } else { Err(ModelError::Setting { setting, value, bound }) }
+    };
+    check("end", settings.end, settings.end > 0.0, "it must be greater than 0")?;
+    let factor = settings.safety_factor;
+    check("safety_factor", factor, 0.0 < factor && factor <= 1.0, "it must lie in (0, 1]")?;
+    if let Some(viscosity) = settings.bulk_viscosity {
+        check("linear", viscosity.linear, viscosity.linear >= 0.0, "it must be 0 or greater")?;
+        check("quadratic", viscosity.quadratic, viscosity.quadratic >= 0.0, "it must be 0 or greater")?;
+    }
+    let limit = settings.energy_error_limit;
+    check("energy_error_limit", limit, limit > 0.0, "it must be greater than 0")
+}
+
+/// Every index of the model is one of the mesh.
+fn check_indices(mesh: &Mesh, model: &Model) -> Result<(), ModelError> {
+    let check = |what, indices: &mut dyn Iterator<Item = u32>, count: usize| {
+        for index in indices {
+            if index as usize >= count {
+                return Err(ModelError::OutOfRange { what, index, count });
+            }
+        }
+        Ok(())
+    };
+    let (nodes, hexes) = (mesh.node_count(), mesh.hex_count());
+    for (position, part) in model.parts.iter().enumerate() {
+        if part.hexes.is_empty() {
+            return Err(ModelError::EmptyPart { part: position });
+        }
+        check("a part", &mut part.hexes.iter().copied(), hexes)?;
+    }
+    for fix in &model.fixes {
+        check("a fix", &mut fix.nodes.iter().copied(), nodes)?;
+    }
+    for prescribed in &model.prescribed {
+        check("a prescribed motion", &mut prescribed.nodes.iter().copied(), nodes)?;
+    }
+    for velocity in &model.initial_velocities {
+        check("an initial velocity", &mut velocity.nodes.iter().copied(), nodes)?;
+    }
+    for load in &model.loads {
+        if let LoadKind::Pressure { faces, .. } | LoadKind::Traction { faces, .. } = &load.kind {
+            check("a load", &mut faces.iter().flatten().copied(), nodes)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_directions(model: &Model) -> Result<(), ModelError> {
+    let is_unit = |vector: &[f64; 3]| (vector.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 1e-9;
+    if model.walls.iter().any(|wall| !is_unit(&wall.normal)) {
+        return Err(ModelError::NotUnit { what: "normal of a rigid wall" });
+    }
+    for load in &model.loads {
+        if let LoadKind::Traction { direction, .. } = &load.kind
+            && !is_unit(direction)
+        {
+            return Err(ModelError::NotUnit { what: "direction of a traction" });
+        }
+    }
+    for wall in &model.walls {
+        if !(wall.friction.is_finite() && wall.friction >= 0.0) {
+            let (setting, bound) = ("friction", "it must be 0 or greater");
+            return Err(ModelError::Setting { setting, value: wall.friction, bound });
+        }
+    }
+    Ok(())
+}
+
+/// No node begins behind a wall by more than rounding.
+fn check_walls(walls: &[RigidWall], reference: &[[f64; 3]]) -> Result<(), ModelError> {
+    let size = reference.iter().flatten().fold(0.0_f64, |size, coordinate| size.max(coordinate.abs()));
+    for (wall, plane) in walls.iter().enumerate() {
+        let behind = |position: &[f64; 3]| plane.gap(position) < -1e-9 * size;
+        let count = reference.iter().filter(|position| behind(position)).count();
+        let gaps = reference.iter().map(|position| plane.gap(position)).enumerate();
+        if let Some((node, gap)) = gaps.min_by(|a, b| a.1.total_cmp(&b.1))
+            && count > 0
+        {
+            return Err(ModelError::NodeBehindWall { wall, count, node: node as u32, depth: -gap });
+        }
+    }
+    Ok(())
+}
