@@ -235,7 +235,7 @@ pub enum Problem {
     #[error("unsupported elements: {}", list(.0))]
     UnsupportedElements(Vec<Unsupported>),
     /// A named group without members.
-    #[error("the {kind} group \"{name}\" is empty: no element of the file belongs to it; fill it or remove it")]
+    #[error("the {kind} group \"{name}\" is empty: nothing in the file belongs to it; fill it or remove it")]
     EmptyGroup {
         /// The group.
         name: String,

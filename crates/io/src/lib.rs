@@ -1,6 +1,6 @@
 //! Files of the Estar solver: meshes in, results out.
 //!
-//! Meshes: [`read_mesh`] reads Gmsh 4.1 and 2.2 (ASCII and binary); [`write_gmsh`] writes Gmsh 4.1.
+//! Meshes: [`read_mesh`] reads Gmsh 4.1 and 2.2 (ASCII and binary) and Abaqus; [`write_gmsh`] writes Gmsh 4.1.
 //! Bad content never panics, loops or costs memory that the file does not warrant: it is a [`ReadError`] that names
 //! the place, the node or element number of the file, and what to do.
 //!
@@ -8,6 +8,7 @@
 //! [`write_atomically`] any file whole or not at all.
 #![warn(missing_docs)]
 
+mod abaqus;
 mod assembly;
 mod atomic;
 mod cursor;

@@ -6,7 +6,7 @@ use std::path::Path;
 use estar_mesh::Mesh;
 
 use crate::error::{Place, Problem, ReadError};
-use crate::gmsh;
+use crate::{abaqus, gmsh};
 
 /// A mesh and what its file said beside it.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +40,8 @@ pub fn read_mesh_bytes(bytes: &[u8], name: &str) -> Result<MeshFile, ReadError> 
     let content = bytes.trim_ascii_start();
     if content.starts_with(b"$") {
         gmsh::read(bytes).map_err(|located| located.in_file(name))
+    } else if content.starts_with(b"*") {
+        abaqus::read(bytes).map_err(|located| located.in_file(name))
     } else {
         Err(Problem::UnknownFormat.at(Place::File).in_file(name))
     }

@@ -1,0 +1,256 @@
+//! Sets and surfaces: defined in any order, resolved when everything is known.
+
+use std::collections::{HashMap, HashSet};
+
+use estar_mesh::{Group, GroupKind};
+
+use super::{Element, Shape};
+use crate::assembly::NodeIndex;
+use crate::error::{Located, Place, Problem};
+
+/// The corners of faces S1 to S6 of an 8-node brick.
+const FACES: [[usize; 4]; 6] = [[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]];
+
+/// What a set is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum SetKind {
+    Nodes,
+    Elements,
+}
+
+/// What a data line puts into a set.
+#[derive(Debug, Clone)]
+pub(super) enum Members {
+    One(u64),
+    Range { first: u64, last: u64, step: u64 },
+    Set(String),
+    NodesOf(String),
+}
+
+#[derive(Debug)]
+pub(super) struct SetDefinition {
+    pub members: Vec<Members>,
+    /// Made by Abaqus/CAE for its own surfaces: not a group.
+    pub is_internal: bool,
+    pub line: u64,
+}
+
+#[derive(Debug)]
+pub(super) struct SurfaceDefinition {
+    pub name: String,
+    /// Elements and the face of each, S1 being 0.
+    pub faces: Vec<(Members, usize)>,
+    pub line: u64,
+}
+
+/// The elements of the file, found by their numbers.
+#[derive(Debug)]
+pub(super) struct Elements<'a> {
+    list: &'a [Element],
+    position: HashMap<u64, usize>,
+}
+
+impl<'a> Elements<'a> {
+    pub fn new(list: &'a [Element]) -> Self {
+        Self { list, position: list.iter().enumerate().map(|(k, element)| (element.label, k)).collect() }
+    }
+
+    fn get(&self, label: u64) -> Option<&'a Element> {
+        self.position.get(&label).map(|position| &self.list[*position])
+    }
+}
+
+/// All definitions of a file.
+#[derive(Debug, Default)]
+pub(super) struct Sets {
+    /// In the order of the file. A name may come twice: the second adds to the first.
+    definitions: Vec<(SetKind, String, SetDefinition)>,
+    pub surfaces: Vec<SurfaceDefinition>,
+    pub passed_over_elements: HashSet<u64>,
+}
+
+/// Members by number, ascending, of sets by kind and name in capitals.
+type Resolved = HashMap<(SetKind, String), Vec<u64>>;
+
+impl Sets {
+    pub fn define(&mut self, kind: SetKind, name: String, definition: SetDefinition) {
+        self.definitions.push((kind, name, definition));
+    }
+
+    /// The groups: element sets, then surfaces, then node sets.
+    pub fn groups(
+        &self,
+        nodes: &NodeIndex,
+        elements: &Elements,
+        warnings: &mut Vec<String>,
+    ) -> Result<Vec<Group>, Located> {
+        let resolved = self.resolved(nodes, elements)?;
+        let mut groups = Groups { list: Vec::new(), taken: HashMap::new(), warnings };
+        let named = |kind: SetKind| {
+            let mut seen = HashSet::new();
+            self.definitions.iter().filter(move |(its_kind, name, definition)| {
+                *its_kind == kind && !definition.is_internal && seen.insert(name.to_ascii_uppercase())
+            })
+        };
+        for (kind, name, definition) in named(SetKind::Elements) {
+            let labels = &resolved[&(*kind, name.to_ascii_uppercase())];
+            match self.element_group(name, labels, nodes, elements) {
+                Some(group) => groups.add(group, "_elements"),
+                None if labels.is_empty() => return Err(empty(name, GroupKind::Volume, definition.line)),
+                None => groups.warnings.push(format!("the set \"{name}\" has only elements that are passed over")),
+            }
+        }
+        for surface in &self.surfaces {
+            groups.add(surface_group(surface, nodes, elements, &resolved)?, "_surface");
+        }
+        for (kind, name, definition) in named(SetKind::Nodes) {
+            let labels = &resolved[&(*kind, name.to_ascii_uppercase())];
+            if labels.is_empty() {
+                return Err(empty(name, GroupKind::Point, definition.line));
+            }
+            let mut indices: Vec<u32> = labels.iter().filter_map(|label| nodes.get(*label)).collect();
+            indices.sort_unstable();
+            // Abaqus/CAE writes the nodes of an element set under its name: that group has them already.
+            let namesake = groups.taken.get(&name.to_ascii_uppercase()).map(|position| &groups.list[*position]);
+            if namesake.is_none_or(|group| group.nodes != indices) {
+                groups.add(Group::point(name.as_str(), indices), "_nodes");
+            }
+        }
+        Ok(groups.list)
+    }
+
+    /// The members of every set. A set may name only sets before it, so that this ends.
+    fn resolved(&self, nodes: &NodeIndex, elements: &Elements) -> Result<Resolved, Located> {
+        let mut resolved = Resolved::new();
+        for (kind, name, definition) in &self.definitions {
+            let mut labels = Vec::new();
+            for member in &definition.members {
+                if let Members::NodesOf(set) = member {
+                    let key = (SetKind::Elements, set.to_ascii_uppercase());
+                    let of_set = resolved.get(&key).ok_or_else(|| missing(name, "set", set, definition.line))?;
+                    let used = of_set.iter().filter_map(|label| elements.get(*label));
+                    labels.extend(used.flat_map(|element| &element.nodes[..element.shape.node_count()]));
+                    continue;
+                }
+                for_each_label(member, *kind, name, definition.line, &resolved, &mut |label| {
+                    let (known, what) = match kind {
+                        SetKind::Nodes => (nodes.get(label).is_some(), "node"),
+                        SetKind::Elements => {
+                            let known = elements.get(label).is_some() || self.passed_over_elements.contains(&label);
+                            (known, "element")
+                        }
+                    };
+                    labels.push(label);
+                    if known { Ok(()) } else { Err(missing(name, what, &label.to_string(), definition.line)) }
+                })?;
+            }
+            let all = resolved.entry((*kind, name.to_ascii_uppercase())).or_default();
+            all.extend(labels);
+            all.sort_unstable();
+            all.dedup();
+        }
+        Ok(resolved)
+    }
+
+    /// The group of an element set, of the greatest dimension that it has elements of.
+    fn element_group(&self, name: &str, labels: &[u64], nodes: &NodeIndex, elements: &Elements) -> Option<Group> {
+        let members = || labels.iter().filter_map(|label| elements.get(*label));
+        // Corners were found when the elements were made.
+        let of_shape = |shape| members().filter(move |element| element.shape == shape);
+        let corners = |element: &Element| nodes.corners::<4>(element.label, &element.nodes[..4]).unwrap_or_default();
+        if of_shape(Shape::Hex).next().is_some() {
+            let mut group = Group::volume(name, of_shape(Shape::Hex).map(|element| element.index).collect());
+            group.nodes = of_shape(Shape::Hex).flat_map(|element| element.nodes).filter_map(|n| nodes.get(n)).collect();
+            group.nodes.sort_unstable();
+            group.nodes.dedup();
+            Some(group)
+        } else if of_shape(Shape::Quad).next().is_some() {
+            Some(Group::surface(name, of_shape(Shape::Quad).map(corners).collect()))
+        } else if of_shape(Shape::Line).next().is_some() {
+            let of_line = |element: &Element| [element.nodes[0], element.nodes[1]];
+            Some(Group::curve(name, of_shape(Shape::Line).flat_map(of_line).filter_map(|n| nodes.get(n)).collect()))
+        } else {
+            None
+        }
+    }
+}
+
+/// Groups whose names must differ, whatever their kind.
+struct Groups<'a> {
+    list: Vec<Group>,
+    taken: HashMap<String, usize>,
+    warnings: &'a mut Vec<String>,
+}
+
+impl Groups<'_> {
+    /// Adds a group; one whose name is taken gets the suffix, as often as it takes.
+    fn add(&mut self, mut group: Group, suffix: &str) {
+        let name = group.name.clone();
+        while self.taken.contains_key(&group.name.to_ascii_uppercase()) {
+            group.name += suffix;
+        }
+        if group.name != name {
+            let message = format!("\"{name}\" names two things; the {} group is called \"{}\"", group.kind, group.name);
+            self.warnings.push(message);
+        }
+        self.taken.insert(group.name.to_ascii_uppercase(), self.list.len());
+        self.list.push(group);
+    }
+}
+
+fn surface_group(
+    surface: &SurfaceDefinition,
+    nodes: &NodeIndex,
+    elements: &Elements,
+    resolved: &Resolved,
+) -> Result<Group, Located> {
+    let (name, line) = (&surface.name, surface.line);
+    let mut faces = Vec::new();
+    for (member, face) in &surface.faces {
+        for_each_label(member, SetKind::Elements, name, line, resolved, &mut |label| {
+            let brick = elements.get(label).filter(|element| element.shape == Shape::Hex);
+            let brick = brick.ok_or_else(|| missing(name, "brick", &label.to_string(), line))?;
+            let corners = FACES[*face].map(|corner| brick.nodes[corner]);
+            faces.push(nodes.corners(label, &corners).map_err(|problem| problem.at(Place::Line(line)))?);
+            Ok(())
+        })?;
+    }
+    if faces.is_empty() { Err(empty(name, GroupKind::Surface, line)) } else { Ok(Group::surface(name.as_str(), faces)) }
+}
+
+/// Hands on every number that a member stands for, until one is refused: a range ends at its first missing number.
+fn for_each_label(
+    member: &Members,
+    kind: SetKind,
+    name: &str,
+    line: u64,
+    resolved: &Resolved,
+    hand_on: &mut dyn FnMut(u64) -> Result<(), Located>,
+) -> Result<(), Located> {
+    match member {
+        Members::One(label) => hand_on(*label),
+        Members::Range { first, last, step } => {
+            let mut label = *first;
+            while label <= *last {
+                hand_on(label)?;
+                match label.checked_add(*step) {
+                    Some(next) => label = next,
+                    None => break,
+                }
+            }
+            Ok(())
+        }
+        Members::Set(set) | Members::NodesOf(set) => {
+            let labels = resolved.get(&(kind, set.to_ascii_uppercase()));
+            labels.ok_or_else(|| missing(name, "set", set, line))?.iter().try_for_each(|label| hand_on(*label))
+        }
+    }
+}
+
+fn missing(group: &str, what: &'static str, label: &str, line: u64) -> Located {
+    Problem::MissingMember { group: group.to_owned(), what, label: label.to_owned() }.at(Place::Line(line))
+}
+
+fn empty(name: &str, kind: GroupKind, line: u64) -> Located {
+    Problem::EmptyGroup { name: name.to_owned(), kind }.at(Place::Line(line))
+}

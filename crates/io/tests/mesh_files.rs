@@ -1,0 +1,307 @@
+//! What mesh files say, and what is said about bad ones.
+
+mod common;
+
+use common::{abaqus, gmsh22, gmsh41, sample};
+use estar_io::{Place, Problem, ReadError, read_mesh, read_mesh_bytes};
+use estar_mesh::{ElementLabel, GroupKind, Mesh, MeshError, NodeLabel};
+
+fn read(bytes: &[u8]) -> Mesh {
+    read_mesh_bytes(bytes, "a.msh").unwrap().mesh
+}
+
+fn error(bytes: &[u8]) -> String {
+    read_mesh_bytes(bytes, "a.msh").unwrap_err().to_string()
+}
+
+fn problem(bytes: &[u8]) -> Problem {
+    match read_mesh_bytes(bytes, "a.msh").unwrap_err() {
+        ReadError::Content { problem, .. } => *problem,
+        other => panic!("{other}"),
+    }
+}
+
+/// The sample as Gmsh 4.1 text with something replaced.
+fn changed(from: &str, to: &str) -> Vec<u8> {
+    changed_in(&gmsh41(&sample(), false), from, to)
+}
+
+fn changed_in(file: &[u8], from: &str, to: &str) -> Vec<u8> {
+    let text = String::from_utf8(file.to_vec()).unwrap();
+    assert!(text.contains(from), "{from:?} is not in\n{text}");
+    text.replacen(from, to, 1).into_bytes()
+}
+
+/// The least file: one hex of group "b", on lines that the tests below know by number.
+const ONE_HEX: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \"b\"\n$EndPhysicalNames\n\
+    $Entities\n0 0 0 1\n1 0 0 0 1 1 1 1 1 0\n$EndEntities\n$Nodes\n1 8 1 8\n3 1 0 8\n1\n2\n3\n4\n5\n6\n7\n8\n\
+    0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n$EndNodes\n$Elements\n1 1 1 1\n3 1 5 1\n\
+    1 1 2 3 4 5 6 7 8\n$EndElements\n";
+
+#[test]
+fn every_format_gives_the_same_mesh() {
+    let mesh = sample();
+    assert_eq!(read(&gmsh41(&mesh, false)), mesh);
+    assert_eq!(read(&gmsh41(&mesh, true)), mesh);
+    assert_eq!(read(&gmsh22(&mesh, false)), mesh);
+    assert_eq!(read(&gmsh22(&mesh, true)), mesh);
+    // Abaqus knows no curves: the edge is a set of nodes.
+    let file = read_mesh_bytes(&abaqus(&mesh), "a.inp").unwrap();
+    assert_eq!(file.mesh.hexes(), mesh.hexes());
+    assert_eq!(file.mesh.coordinates(), mesh.coordinates());
+    assert_eq!(file.mesh.hex_labels(), mesh.hex_labels());
+    assert_eq!(file.mesh.group("edge").unwrap().nodes, mesh.group("edge").unwrap().nodes);
+    assert_eq!(file.mesh.group("box"), mesh.group("box"));
+    let outward = |mesh: &Mesh| {
+        let mut faces = mesh.outward_faces(mesh.group("z_max").unwrap()).unwrap();
+        faces.sort_unstable();
+        faces
+    };
+    assert_eq!(outward(&file.mesh), outward(&mesh));
+    assert!(file.mesh.group("_top").is_none(), "internal sets are no groups");
+    assert_eq!(file.warnings[0], "*DENSITY (once) is passed over: only the mesh is read");
+}
+
+#[test]
+fn the_format_is_told_by_the_content() {
+    let format = |bytes: &[u8]| read_mesh_bytes(bytes, "mesh.txt").unwrap().format;
+    let mesh = sample();
+    assert_eq!(format(&gmsh22(&mesh, true)), "Gmsh 2.2, binary");
+    assert_eq!(format(&abaqus(&mesh)), "Abaqus");
+    assert!(matches!(problem(b"solid cube\nfacet"), Problem::UnknownFormat));
+    assert!(matches!(problem(b""), Problem::UnknownFormat));
+    assert!(error(b"\x7fELF\0\0").contains("not a mesh this program knows"));
+}
+
+#[test]
+fn line_ends_and_byte_order_marks_of_other_systems_are_read() {
+    for file in [gmsh41(&sample(), false), gmsh22(&sample(), false), abaqus(&sample())] {
+        let text = String::from_utf8(file.clone()).unwrap();
+        let windows = format!("\u{feff}\r\n{}", text.replace('\n', " \r\n"));
+        assert_eq!(read(windows.as_bytes()), read(&file));
+    }
+}
+
+#[test]
+fn a_missing_file_is_unreadable_and_a_bad_one_is_not() {
+    let missing = read_mesh(std::path::Path::new("/no/such/mesh.msh")).unwrap_err();
+    assert!(missing.is_unreadable() && missing.to_string().starts_with("/no/such/mesh.msh: cannot be read"));
+    assert!(!read_mesh_bytes(b"x", "a").unwrap_err().is_unreadable());
+}
+
+#[test]
+fn an_element_with_a_missing_node_is_named_with_its_line() {
+    let bytes = changed_in(ONE_HEX.as_bytes(), "1 1 2 3 4 5 6 7 8", "1 1 2 3 4 5 6 7 99");
+    assert_eq!(error(&bytes), "a.msh:35: element 1 refers to node 99, which the file does not have");
+    let old = changed_in(&gmsh22(&sample(), false), "14 5 2 1 7 40", "14 5 2 1 7 41");
+    assert_eq!(error(&old), "a.msh:34: element 14 refers to node 41, which the file does not have");
+    let abaqus = changed_in(&abaqus(&sample()), "14, 40,", "14, 41,");
+    assert_eq!(error(&abaqus), "a.msh:25: element 14 refers to node 41, which the file does not have");
+}
+
+#[test]
+fn a_missing_node_in_a_binary_file_is_named_with_its_byte() {
+    let mut bytes = gmsh41(&sample(), true);
+    // The last element is the point: its node is the last number before the section's end.
+    let at = bytes.len() - b"\n$EndElements\n".len() - 8;
+    bytes[at..at + 8].copy_from_slice(&99_u64.to_le_bytes());
+    let error = read_mesh_bytes(&bytes, "a.msh").unwrap_err();
+    assert_eq!(error.place(), Some(Place::Byte(at as u64 - 8)));
+    assert!(error.to_string().contains("refers to node 99"), "{error}");
+}
+
+#[test]
+fn numbers_used_twice_are_named() {
+    let twice = changed_in(ONE_HEX.as_bytes(), "\n7\n8\n", "\n7\n7\n");
+    let twice = changed_in(&twice, "6 7 8\n", "6 7 7\n");
+    assert!(matches!(problem(&twice), Problem::Mesh(MeshError::DuplicateNodeLabel { node: NodeLabel(7) })));
+    let twice = changed("13 ", "12 ");
+    assert!(matches!(problem(&twice), Problem::Mesh(MeshError::DuplicateHexLabel { element: ElementLabel(12) })));
+}
+
+#[test]
+fn coordinates_that_are_not_finite_are_named() {
+    for bad in ["nan", "inf", "-inf", "1e999"] {
+        let bytes = changed_in(ONE_HEX.as_bytes(), "\n1 1 0\n", &format!("\n1 {bad} 0\n"));
+        assert!(error(&bytes).contains("node 3: its y coordinate"), "{}", error(&bytes));
+        let old = gmsh22(&sample(), false);
+        assert!(error(&changed_in(&old, "\n40 0 0 0", &format!("\n40 0 {bad} 0"))).contains("node 40: its y"));
+    }
+    let mut binary = gmsh41(&sample(), true);
+    let at = binary.windows(9).position(|window| window == b"\n$EndNode").unwrap() - 8;
+    binary[at..at + 8].copy_from_slice(&f64::NAN.to_le_bytes());
+    assert!(error(&binary).contains("node 6: its z coordinate is NaN"), "{}", error(&binary));
+}
+
+#[test]
+fn a_word_that_is_no_number_is_shown_with_its_line() {
+    let bytes = changed_in(ONE_HEX.as_bytes(), "\n1 1 0\n", "\n1 one 0\n");
+    assert!(error(&bytes).starts_with("a.msh:25: "), "{}", error(&bytes));
+    let bytes = changed_in(&gmsh22(&sample(), false), "\n40 0 0 0", "\n40 0 zero 0");
+    assert_eq!(error(&bytes), "a.msh:13: a coordinate: expected a number, found \"zero\"");
+    let bytes = changed_in(&abaqus(&sample()), "  40, 0, 0,", "  40, 0, O,");
+    assert_eq!(error(&bytes), "a.msh:6: a coordinate: expected a number, found \"O\"");
+}
+
+#[test]
+fn a_named_group_without_elements_is_an_error() {
+    let bytes = changed_in(ONE_HEX.as_bytes(), "1\n3 1 \"b\"", "2\n3 1 \"b\"\n2 5 \"foot\"");
+    assert_eq!(
+        error(&bytes),
+        "a.msh: the surface group \"foot\" is empty: nothing in the file belongs to it; fill it or remove it"
+    );
+    let bytes = [&abaqus(&sample())[..], b"*NSET, NSET=nothing\n"].concat();
+    assert!(error(&bytes).contains("the point group \"nothing\" is empty"));
+}
+
+#[test]
+fn a_group_without_a_name_is_called_by_its_number() {
+    let bytes = changed_in(ONE_HEX.as_bytes(), "$PhysicalNames\n1\n3 1 \"b\"\n$EndPhysicalNames\n", "");
+    assert_eq!(read(&bytes).groups()[0].name, "volume_1");
+}
+
+#[test]
+fn a_hex_in_no_group_is_legal() {
+    let bytes = changed_in(ONE_HEX.as_bytes(), "$PhysicalNames\n1\n3 1 \"b\"\n$EndPhysicalNames\n", "");
+    let bytes = changed_in(&bytes, "1 0 0 0 1 1 1 1 1 0", "1 0 0 0 1 1 1 0 0");
+    assert!(read(&bytes).groups().is_empty());
+}
+
+#[test]
+fn elements_of_other_kinds_are_counted_and_named() {
+    let bytes =
+        changed_in(ONE_HEX.as_bytes(), "1 1 1 1\n3 1 5 1\n", "2 3 1 3\n3 1 4 2\n21 1 2 3 4\n22 2 3 4 5\n3 1 5 1\n");
+    let message = error(&bytes);
+    assert!(message.contains("2 4-node tetrahedra (the first is element 21): mesh the volume with"), "{message}");
+    let bytes = changed_in(ONE_HEX.as_bytes(), "3 1 5 1\n1 1", "3 1 92 1\n1 1");
+    assert!(matches!(problem(&bytes), Problem::UnknownElementType { element: 1, code: 92 }));
+    let bytes = changed_in(&gmsh22(&sample(), false), "14 5 2 1 7", "14 4 2 1 7 40 40 40 40\n14 5 2 1 7");
+    let bytes = changed_in(&bytes, "$Elements\n11", "$Elements\n12");
+    assert!(error(&bytes).contains("1 4-node tetrahedra (the first is element 14)"), "{}", error(&bytes));
+    let bytes = changed_in(&abaqus(&sample()), "C3D8R", "C3D10");
+    assert!(error(&bytes).contains("4 elements of type C3D10 (the first is element 14)"), "{}", error(&bytes));
+}
+
+#[test]
+fn other_versions_sizes_and_byte_orders_are_refused_with_advice() {
+    let header = |line: &str| changed_in(ONE_HEX.as_bytes(), "4.1 0 8", line);
+    assert!(error(&header("4.0 0 8")).contains("Gmsh format 4.0 is not supported; save with"));
+    assert!(error(&header("4.1 0 4")).contains("data size is 4"));
+    assert!(matches!(problem(&header("4.1 0")), Problem::GmshHeader { .. }));
+    assert!(matches!(problem(&header("4.1 2 8")), Problem::GmshHeader { .. }));
+    let big = b"$MeshFormat\n4.1 1 8\n\0\0\0\x01\n$EndMeshFormat\n";
+    assert!(matches!(problem(big), Problem::BigEndian));
+    assert!(matches!(problem(b"$NOD\n1\n"), Problem::GmshVersion { .. }));
+}
+
+#[test]
+fn counts_that_lie_cost_nothing() {
+    let huge = 100_000_000_000_000_u64;
+    for (from, to) in [
+        ("1 8 1 8\n3 1 0 8\n", format!("1 {huge} 1 8\n3 1 0 {huge}\n")),
+        ("1 8 1 8\n", format!("{huge} 8 1 8\n")),
+        ("1 1 1 1\n3 1 5 1\n", format!("1 {huge} 1 1\n3 1 5 {huge}\n")),
+        ("0 0 0 1\n", format!("0 0 0 {huge}\n")),
+        ("1 0 0 0 1 1 1 1 1 0", format!("1 0 0 0 1 1 1 {huge} 1 0")),
+        ("1\n3 1 \"b\"", format!("{huge}\n3 1 \"b\"")),
+        ("1 8 1 8\n3 1 0 8\n", format!("1 {0} 1 8\n3 1 0 {0}\n", u64::MAX)),
+    ] {
+        error(&changed_in(ONE_HEX.as_bytes(), from, &to));
+    }
+    let binary = gmsh41(&sample(), true);
+    for at in 0..binary.len() - 8 {
+        let mut bytes = binary.clone();
+        bytes[at..at + 8].copy_from_slice(&(huge / 3).to_le_bytes());
+        // Many of these are other coordinates or numbers, and fine.
+        let _ = read_mesh_bytes(&bytes, "a.msh");
+    }
+    let old = gmsh22(&sample(), false);
+    error(&changed_in(&old, "$Nodes\n18\n", &format!("$Nodes\n{huge}\n")));
+    error(&changed_in(&old, "$Elements\n11\n", &format!("$Elements\n{huge}\n")));
+    let range = [&abaqus(&sample())[..], format!("*NSET, NSET=all, GENERATE\n6, {}\n", u64::MAX).as_bytes()].concat();
+    assert!(error(&range).contains("refers to node 7, which the file does not have"));
+}
+
+#[test]
+fn totals_must_be_the_sum_of_their_blocks() {
+    let bytes = changed_in(ONE_HEX.as_bytes(), "1 8 1 8\n", "1 9 1 9\n");
+    assert!(matches!(problem(&bytes), Problem::CountMismatch { what: "nodes", announced: 9, found: 8 }));
+}
+
+#[test]
+fn missing_and_repeated_sections_are_named() {
+    let without = ONE_HEX.split("$Elements").next().unwrap();
+    assert!(error(without.as_bytes()).contains("no section $Elements"));
+    let twice = ONE_HEX.replace("$Elements", "$Nodes\n1 1 1 1\n0 1 0 1\n9\n0 0 0\n$EndNodes\n$Elements");
+    assert!(matches!(problem(twice.as_bytes()), Problem::SecondSection { section: "Nodes" }));
+    let unknown = ONE_HEX.replace("$Nodes\n", "$Comments\n$ anything\n$EndComments\n$Nodes\n");
+    assert_eq!(read(unknown.as_bytes()).hex_count(), 1);
+}
+
+#[test]
+fn partitioned_and_parametric_meshes_are_refused_with_advice() {
+    let bytes =
+        changed_in(ONE_HEX.as_bytes(), "$Nodes\n", "$PartitionedEntities\n1\n$EndPartitionedEntities\n$Nodes\n");
+    assert!(matches!(problem(&bytes), Problem::Partitioned));
+    assert!(matches!(problem(&changed_in(ONE_HEX.as_bytes(), "3 1 0 8", "3 1 1 8")), Problem::Parametric));
+}
+
+#[test]
+fn names_that_are_not_text_are_refused() {
+    let mut bytes = ONE_HEX.as_bytes().to_vec();
+    let at = bytes.iter().position(|byte| *byte == b'"').unwrap() + 1;
+    bytes[at] = 0xff;
+    assert_eq!(problem(&bytes), Problem::NameNotUtf8);
+    let bytes = [&abaqus(&sample())[..], b"*NSET, NSET=\xff\xfe\n2\n"].concat();
+    assert_eq!(problem(&bytes), Problem::NameNotUtf8);
+}
+
+#[test]
+fn a_hex_in_two_groups_of_a_2_2_file_is_one_hex() {
+    // Gmsh writes it once for each group, under another number.
+    let mesh = sample();
+    let text = String::from_utf8(gmsh22(&mesh, false)).unwrap();
+    let hex = text.lines().find(|line| line.starts_with("14 5 2 1 7")).unwrap();
+    let again = hex.replacen("14 5 2 1 7", "99 5 2 9 7", 1);
+    let text = text.replacen(hex, &format!("{hex}\n{again}"), 1).replacen("$Elements\n11", "$Elements\n12", 1);
+    let read = read(text.as_bytes());
+    assert_eq!((read.hex_count(), &read.group("volume_9").unwrap().hexes[..]), (4, &[0][..]));
+}
+
+#[test]
+fn abaqus_sets_may_name_sets_share_names_and_come_from_elements() {
+    let more = "*ELSET, ELSET=both\nBOX, 11\n*Nset, nset=Part-1-1.qualified\n Part-1-1.40\n*NSET, NSET=foot, ELSET=box\n\
+                *NSET, NSET=BOX, GENERATE\n6, 40, 2\n*NSET, NSET=z_max\n40\n";
+    let file = read_mesh_bytes(&[&abaqus(&sample())[..], more.as_bytes()].concat(), "a.inp").unwrap();
+    let group = |name: &str| file.mesh.group(name).unwrap();
+    assert_eq!(group("both").hexes, [0, 1, 2, 3]);
+    assert_eq!(group("Part-1-1.qualified").nodes, [0]);
+    assert_eq!((group("foot").kind, group("foot").nodes.len()), (GroupKind::Point, 18));
+    assert!(file.mesh.group("BOX").is_none(), "the nodes of the set \"box\" under its own name");
+    assert_eq!(group("z_max_nodes").nodes, [0]);
+    assert!(file.warnings.iter().any(|warning| warning.contains("\"z_max\" names two things")));
+}
+
+#[test]
+fn abaqus_hierarchies_that_are_not_flat_are_refused_with_advice() {
+    let with = |more: &str| [&abaqus(&sample())[..], more.as_bytes()].concat();
+    assert!(error(&with("*PART, NAME=b\n")).contains("more than one *PART is not supported"));
+    let instance = "*ASSEMBLY, NAME=a\n*INSTANCE, NAME=i, PART=p\n0., 0., 1.5\n*END INSTANCE\n";
+    assert!(error(&with(instance)).contains("an *INSTANCE that is moved or turned is not supported; write a flat"));
+    assert!(read_mesh_bytes(&with(&instance.replace("1.5", "0.")), "a").is_ok());
+    assert!(error(&with("*ASSEMBLY, NAME=a\n*NODE\n1, 0, 0, 0\n")).contains("reference point"));
+    assert!(error(&with("*INCLUDE, INPUT=b.inp\n")).contains("paste"));
+}
+
+#[test]
+fn abaqus_mistakes_are_shown_with_their_line() {
+    let with = |more: &str| error(&[&abaqus(&sample())[..], more.as_bytes()].concat());
+    assert!(with("*ELSET, ELSET=s\n99\n").contains("\"s\" refers to element 99, which the file does not have"));
+    assert!(with("*ELSET, ELSET=s\nnobody\n").contains("refers to set nobody"));
+    assert!(with("*SURFACE, NAME=s\nbox, S7\n").contains("face \"S7\": give S1 to S6"));
+    assert!(with("*ELSET\n1\n").contains("*ELSET needs ELSET=name"));
+    assert!(with("*NSET, NSET=s, GENERATE\n9, 1\n").contains("has no members"));
+    let short =
+        changed_in(&abaqus(&sample()), "*Elset, elset=box", "*Element, type=C3D8\n77, 40, 38\n*Elset, elset=box");
+    assert!(error(&short).contains("element 77: 2 nodes instead of 8"), "{}", error(&short));
+}
