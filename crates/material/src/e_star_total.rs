@@ -192,7 +192,7 @@ impl Material for EStarTotal {
         let mut dissipation = zero;
         if yields.any() {
             let returned = self.return_mapping(yields, &trial, strain_old);
-            let plastic = returned.elastic_metric.pushed_by(&gradient.inverse());
+            let plastic = isochoric(&returned.elastic_metric.pushed_by(&gradient.inverse()));
             state.inverse_plastic_metric = SymmetricTensor::select(yields, &plastic, &old.inverse_plastic_metric);
             state.stress = SymmetricTensor::select(yields, &self.stress(&returned.elastic_metric), &trial_stress);
             state.equivalent_plastic_strain = strain_old + returned.plastic_increment;
@@ -209,6 +209,13 @@ impl Material for EStarTotal {
     fn output(&self, state: &EStarTotalState<f64>, _rotation: &Tensor<f64>) -> PointOutput {
         PointOutput { cauchy_stress: state.stress, equivalent_plastic_strain: state.equivalent_plastic_strain }
     }
+}
+
+/// `metric`, whose determinant is 1 but for rounding, without that rounding: det C_p⁻¹ does not drift, however many steps
+/// there are. d^(−1/3) = 1 − ⅓ (d − 1) for d = 1 + rounding.
+#[inline(always)]
+fn isochoric<R: Real>(metric: &SymmetricTensor<R>) -> SymmetricTensor<R> {
+    *metric * ((metric.determinant() - 4.0) * (-1.0 / 3.0))
 }
 
 const SQRT_6: f64 = 2.449_489_742_783_178;

@@ -244,3 +244,61 @@ impl KinematicHardening {
         self.modulus > 0.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused<T: std::fmt::Debug>(made: Result<T, ParameterError>) -> (&'static str, f64) {
+        let error = made.unwrap_err();
+        assert!(error.to_string().starts_with(error.parameter) && error.to_string().contains(error.bound));
+        (error.parameter, error.value)
+    }
+
+    #[test]
+    fn every_bad_parameter_is_refused_by_name_and_value() {
+        use IsotropicHardening as Law;
+        // each law with one parameter replaced by what it must not be
+        for bad in [0.0, -1.0, f64::INFINITY] {
+            assert_eq!(refused(Law::perfect(bad)), ("yield_stress", bad));
+            assert_eq!(refused(Law::linear(bad, 1.0)), ("yield_stress", bad));
+            assert_eq!(refused(Law::voce(bad, 2.0, 1.0)), ("yield_stress", bad));
+            assert_eq!(refused(Law::saturation(bad, 2.0, 1.0, 0.0)), ("yield_stress", bad));
+            assert_eq!(refused(Law::ludwik(bad, 1.0, 0.5)), ("yield_stress", bad));
+            assert_eq!(refused(Law::swift(bad, 0.1, 0.5)), ("coefficient", bad));
+            assert_eq!(refused(Law::swift(1.0, bad, 0.5)), ("initial_strain", bad));
+            assert_eq!(refused(Law::ludwik(1.0, 1.0, bad)), ("exponent", bad));
+            assert_eq!(refused(Law::swift(1.0, 0.1, bad)), ("exponent", bad));
+            assert_eq!(refused(Law::tabulated(&[[0.0, bad]])), ("points", bad));
+        }
+        for bad in [-1.0, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(refused(Law::linear(1.0, bad)), ("modulus", bad));
+            assert_eq!(refused(Law::voce(1.0, 2.0, bad)), ("saturation_exponent", bad));
+            assert_eq!(refused(Law::saturation(1.0, 2.0, bad, 0.0)), ("saturation_exponent", bad));
+            assert_eq!(refused(Law::saturation(1.0, 2.0, 1.0, bad)), ("modulus", bad));
+            assert_eq!(refused(Law::ludwik(1.0, bad, 0.5)), ("coefficient", bad));
+            assert_eq!(refused(KinematicHardening::prager(bad)), ("modulus", bad));
+            assert_eq!(refused(KinematicHardening::armstrong_frederick(bad, 1.0)), ("modulus", bad));
+            assert_eq!(refused(KinematicHardening::armstrong_frederick(1.0, bad)), ("recovery", bad));
+        }
+        assert_eq!(refused(Law::voce(2.0, 1.0, 1.0)), ("saturation_stress", 1.0));
+        assert_eq!(refused(Law::saturation(2.0, 1.0, 1.0, 0.0)), ("saturation_stress", 1.0));
+        assert_eq!(refused(Law::ludwik(1.0, 1.0, 1.5)), ("exponent", 1.5));
+        assert_eq!(refused(Law::swift(1.0, 1e-13, 0.5)), ("initial_strain", 1e-13));
+        assert!(refused(Law::perfect(f64::NAN)).1.is_nan());
+    }
+
+    #[test]
+    fn a_table_out_of_order_is_refused() {
+        let refused = |points: &[[f64; 2]]| refused(IsotropicHardening::tabulated(points)).1;
+        assert_eq!(refused(&[]), 0.0);
+        assert_eq!(refused(&[[0.1, 1.0]]), 0.1);
+        assert_eq!(refused(&[[0.0, 1.0], [0.2, 2.0], [0.2, 3.0]]), 0.2);
+        assert_eq!(refused(&[[0.0, 1.0], [0.2, 2.0], [0.1, 3.0]]), 0.1);
+        assert_eq!(refused(&[[0.0, 2.0], [0.2, 1.0]]), 1.0);
+        assert_eq!(refused(&[[0.0, 1.0], [f64::INFINITY, 2.0]]), f64::INFINITY);
+        assert!(refused(&[[0.0, 1.0], [0.2, f64::NAN]]).is_nan());
+        // a step in stress is no function of strain, however thin
+        assert_eq!(refused(&[[0.0, 1e6], [1e-305, 2e6]]), f64::INFINITY);
+    }
+}

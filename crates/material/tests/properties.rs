@@ -1,0 +1,558 @@
+//! Goal: what must be true of every material, whatever its parameters. One suite, called by one macro.
+//!
+//! Loading: paths of deformation gradients at one material point. Source: the principles themselves, no reference values.
+
+use estar_material::point::{MaterialPoint, drive};
+use estar_material::{
+    EStar, EStarKinematicState, EStarTotal, Elastic, ElasticConstant, IsotropicElasticity, IsotropicHardening,
+    KinematicHardening, Material, PointMotion, PointState,
+};
+use estar_tensor::{Kernel, LaneLevel, Real, Rotation, SymmetricTensor, Tensor, WithLanes, dispatch};
+use proptest::prelude::*;
+
+/// Calls every claim of the suite for every material.
+macro_rules! properties {
+    ($($name:ident: $subject:expr;)+) => {
+        $(properties! { @claims $name, $subject;
+            superposed_rotation_only_rotates_stress,
+            a_turn_of_150_degrees_in_one_step_leaves_the_rotated_stress,
+            spin_during_flow_is_followed_at_second_order,
+            no_strain_gives_no_stress,
+            dissipation_is_never_negative,
+            no_more_is_dissipated_than_is_put_in,
+            the_flow_stress_is_met_after_plastic_flow,
+            the_flow_stress_is_met_from_far_outside,
+            stress_of_an_elastic_step_is_that_of_small_strain,
+            halving_the_step_divides_the_error,
+            every_lane_of_every_level_has_the_bits_of_f64,
+            a_history_survives_being_taken_apart,
+            same_inputs_give_same_outputs,
+            random_paths_stay_finite,
+        })+
+    };
+    (@claims $name:ident, $subject:expr; $($claim:ident),+ $(,)?) => {
+        mod $name {
+            use super::*;
+            $(#[test] fn $claim() { claims::$claim(&$subject) })+
+        }
+    };
+}
+
+properties! {
+    elastic: elastic();
+    box_rate_perfect: box_rate(law::perfect());
+    box_rate_linear: box_rate(law::linear());
+    box_rate_voce: box_rate(law::voce());
+    box_rate_saturation: box_rate(law::saturation());
+    box_rate_ludwik: box_rate(law::ludwik());
+    box_rate_swift: box_rate(law::swift());
+    box_rate_tabulated: box_rate(law::tabulated());
+    box_rate_prager: box_rate_kinematic(law::linear(), KinematicHardening::prager(5e9).unwrap());
+    box_rate_armstrong_frederick:
+        box_rate_kinematic(law::voce(), KinematicHardening::armstrong_frederick(2e10, 100.0).unwrap());
+    total_perfect: total(law::perfect());
+    total_linear: total(law::linear());
+    total_saturation: total(law::saturation());
+    total_ludwik: total(law::ludwik());
+    total_tabulated: total(law::tabulated());
+}
+
+/// A material with what the claims need to know of it.
+struct Subject<M: Material> {
+    material: M,
+    flow_stress: Box<dyn Fn(f64) -> f64>,
+    back_stress: fn(&M::State<f64>) -> SymmetricTensor<f64>,
+    /// The error falls with this power of the step, or faster, where plastic flow turns: 2 where nothing flows, 1 for
+    /// the backward Euler of a radial return.
+    order: f64,
+}
+
+fn elastic() -> Subject<Elastic> {
+    let material = Elastic::new(solid());
+    Subject { material, flow_stress: Box::new(|_| f64::INFINITY), back_stress: |_| SymmetricTensor::zero(), order: 2.0 }
+}
+
+fn box_rate(law: IsotropicHardening) -> Subject<EStar<()>> {
+    let material = EStar::new(solid(), law.clone(), ());
+    Subject { material, flow_stress: flow_stress(law), back_stress: |_| SymmetricTensor::zero(), order: 1.0 }
+}
+
+fn box_rate_kinematic(law: IsotropicHardening, rule: KinematicHardening) -> Subject<EStar<KinematicHardening>> {
+    let material = EStar::new(solid(), law.clone(), rule);
+    let back_stress = |state: &EStarKinematicState<f64>| state.rotated_back_stress;
+    Subject { material, flow_stress: flow_stress(law), back_stress, order: 1.0 }
+}
+
+fn total(law: IsotropicHardening) -> Subject<EStarTotal> {
+    let material = EStarTotal::new(solid(), law.clone());
+    Subject { material, flow_stress: flow_stress(law), back_stress: |_| SymmetricTensor::zero(), order: 1.0 }
+}
+
+fn flow_stress(law: IsotropicHardening) -> Box<dyn Fn(f64) -> f64> {
+    Box::new(move |strain| law.flow_stress(strain).stress)
+}
+
+/// Steel: E = 200 GPa, ν = 0.32.
+fn solid() -> IsotropicElasticity {
+    IsotropicElasticity::new(7850.0, ElasticConstant::YoungModulus(YOUNG), ElasticConstant::PoissonRatio(0.32)).unwrap()
+}
+
+const YOUNG: f64 = 200e9;
+
+mod law {
+    use super::IsotropicHardening;
+
+    pub fn perfect() -> IsotropicHardening {
+        IsotropicHardening::perfect(260e6).unwrap()
+    }
+
+    pub fn linear() -> IsotropicHardening {
+        IsotropicHardening::linear(260e6, 1e9).unwrap()
+    }
+
+    pub fn voce() -> IsotropicHardening {
+        IsotropicHardening::voce(260e6, 500e6, 15.0).unwrap()
+    }
+
+    pub fn saturation() -> IsotropicHardening {
+        IsotropicHardening::saturation(260e6, 500e6, 15.0, 130e6).unwrap()
+    }
+
+    pub fn ludwik() -> IsotropicHardening {
+        IsotropicHardening::ludwik(260e6, 400e6, 0.3).unwrap()
+    }
+
+    pub fn swift() -> IsotropicHardening {
+        IsotropicHardening::swift(700e6, 0.01, 0.25).unwrap()
+    }
+
+    pub fn tabulated() -> IsotropicHardening {
+        // with a flat piece, and one that is steeper than the piece before
+        let points = [[0.0, 260e6], [0.01, 300e6], [0.03, 300e6], [0.05, 340e6], [0.2, 400e6], [0.5, 450e6]];
+        IsotropicHardening::tabulated(&points).unwrap()
+    }
+}
+
+/// Large stretch and shear whose principal directions turn, and a little change of volume, 0 ≤ t ≤ 1.
+fn turning_path(t: f64) -> Tensor<f64> {
+    let gradient = Tensor::from_rows([
+        [1.0 + 0.25 * t, 0.2 * t, 0.05 * t * t],
+        [0.3 * t * t, 1.0 - 0.15 * t, 0.1 * t],
+        [0.0, 0.08 * (3.0 * t).sin(), 1.0 - 0.1 * t],
+    ]);
+    gradient * ((1.0 + 1e-3 * t) / gradient.determinant()).cbrt()
+}
+
+/// Three cycles of stretch and shear out of phase, each far into plastic flow and back, 0 ≤ t ≤ 1.
+fn cyclic_path(t: f64) -> Tensor<f64> {
+    let phase = 3.0 * std::f64::consts::TAU * t;
+    let (stretch, shear) = (0.02 * phase.sin(), 0.03 * (phase + 1.0).sin() - 0.03 * 1_f64.sin());
+    Tensor::from_rows([
+        [1.0 + stretch, shear, 0.0],
+        [0.0, 1.0 - 0.5 * stretch, 0.5 * shear],
+        [-shear, 0.0, 1.0 - 0.4 * stretch],
+    ])
+}
+
+fn rotation(angle: f64) -> Tensor<f64> {
+    Rotation::<f64>::about([0.3, -0.5, 0.8], angle).to_tensor()
+}
+
+fn von_mises(stress: &SymmetricTensor<f64>) -> f64 {
+    (1.5 * stress.deviator().norm_squared()).sqrt()
+}
+
+/// ‖A − B‖.
+fn distance(a: &SymmetricTensor<f64>, b: &SymmetricTensor<f64>) -> f64 {
+    (*a - *b).norm_squared().sqrt()
+}
+
+/// √(3/2) ‖dev(T − α)‖, in the rotated frame.
+fn driving_stress<M: Material>(subject: &Subject<M>, point: &MaterialPoint<'_, M>) -> f64 {
+    von_mises(&(point.rotated_stress() - (subject.back_stress)(point.state())))
+}
+
+fn plastic_strain<M: Material>(point: &MaterialPoint<'_, M>) -> f64 {
+    point.output().equivalent_plastic_strain
+}
+
+mod claims {
+    use super::*;
+
+    /// Stress that the double numbers of these paths cannot tell from none: 10⁻¹⁴ of Young's modulus.
+    const ROUNDING: f64 = 1e-14 * YOUNG;
+
+    pub fn superposed_rotation_only_rotates_stress<M: Material>(subject: &Subject<M>) {
+        let turn = rotation(150_f64.to_radians());
+        let mut here = MaterialPoint::new(&subject.material);
+        let mut turned = MaterialPoint::new(&subject.material);
+        turned.advance(&turn, 0.01);
+        for step in 1..=100 {
+            let target = turning_path(f64::from(step) / 100.0);
+            here.advance(&target, 0.01);
+            turned.advance(&turn.dot(&target), 0.01);
+            let error = distance(turned.stress(), &here.stress().pushed_by(&turn));
+            assert!(error < 100.0 * ROUNDING, "step {step}: {error} Pa");
+        }
+        assert!((plastic_strain(&here) - plastic_strain(&turned)).abs() < 1e-13);
+    }
+
+    pub fn a_turn_of_150_degrees_in_one_step_leaves_the_rotated_stress<M: Material>(subject: &Subject<M>) {
+        let mut point = drive(&subject.material, turning_path, 1.0, 50, |_, _| ());
+        let (before, strain) = (point.rotated_stress(), plastic_strain(&point));
+        let energy = point.internal_energy();
+        let mut gradient = *point.deformation_gradient();
+        for _ in 0..3 {
+            gradient = rotation(150_f64.to_radians()).dot(&gradient);
+            point.advance(&gradient, 0.01);
+            let error = distance(&point.rotated_stress(), &before);
+            assert!(error < 4.0 * ROUNDING, "{error} Pa");
+            assert!((plastic_strain(&point) - strain).abs() < 1e-14);
+            assert!((point.internal_energy() - energy).abs() < 1e-12 * energy);
+        }
+    }
+
+    pub fn spin_during_flow_is_followed_at_second_order<M: Material>(subject: &Subject<M>) {
+        let error = |steps| {
+            let here = drive(&subject.material, turning_path, 1.0, steps, |_, _| ());
+            let spun = drive(&subject.material, |t| rotation(2.0 * t).dot(&turning_path(t)), 1.0, steps, |_, _| ());
+            distance(spun.stress(), &here.stress().pushed_by(&rotation(2.0)))
+        };
+        let (coarse, fine) = (error(200), error(400));
+        assert!(fine < 1e4 * ROUNDING || (coarse / fine).log2() > 1.8, "{coarse} {fine}");
+    }
+
+    pub fn no_strain_gives_no_stress<M: Material>(subject: &Subject<M>) {
+        let point = drive(&subject.material, |_| Tensor::identity(), 1.0, 10, |_, _| ());
+        assert_eq!(point.stress().norm_squared(), 0.0);
+        assert_eq!(point.internal_energy(), 0.0);
+        assert_eq!(point.plastic_dissipation(), 0.0);
+        assert_eq!(plastic_strain(&point), 0.0);
+    }
+
+    pub fn dissipation_is_never_negative<M: Material>(subject: &Subject<M>) {
+        // 12 steps are so large that one leads from flow to flow the other way
+        for steps in [12, 37, 600] {
+            let mut dissipated = 0.0;
+            let point = drive(&subject.material, cyclic_path, 1.0, steps, |time, point| {
+                assert!(point.plastic_dissipation() >= dissipated, "{steps} steps, t = {time}");
+                dissipated = point.plastic_dissipation();
+            });
+            assert_eq!(dissipated > 0.0, plastic_strain(&point) > 0.0);
+        }
+    }
+
+    pub fn no_more_is_dissipated_than_is_put_in<M: Material>(subject: &Subject<M>) {
+        for path in [turning_path, cyclic_path] {
+            for steps in [12, 600] {
+                drive(&subject.material, path, 1.0, steps, |time, point| {
+                    let stored = point.internal_energy() - point.plastic_dissipation();
+                    assert!(stored >= 0.0, "{steps} steps, t = {time}: {stored} of {}", point.internal_energy());
+                });
+            }
+        }
+    }
+
+    pub fn the_flow_stress_is_met_after_plastic_flow<M: Material>(subject: &Subject<M>) {
+        for path in [turning_path, cyclic_path] {
+            for steps in [12, 300] {
+                let mut strain_old = 0.0;
+                drive(&subject.material, path, 1.0, steps, |time, point| {
+                    let strain = plastic_strain(point);
+                    let error = driving_stress(subject, point) / (subject.flow_stress)(strain) - 1.0;
+                    assert!(error < 1e-12, "{steps} steps, t = {time}: outside by {error}");
+                    assert!(strain == strain_old || error > -1e-12, "{steps} steps, t = {time}: inside by {error}");
+                    strain_old = strain;
+                });
+            }
+        }
+    }
+
+    pub fn the_flow_stress_is_met_from_far_outside<M: Material>(subject: &Subject<M>) {
+        for stretches in [[1.3, 0.8, 0.9], [0.5, 0.9, 1.1], [3.0, 1.0, 0.3], [1.0, 1.0, 0.1], [20.0, 20.0, 0.05]] {
+            let [a, b, c] = stretches;
+            let target = SymmetricTensor([a, b, c, 0.0, 0.0, 0.0]).pushed_by(&rotation(1.0)).to_tensor();
+            let mut point = MaterialPoint::new(&subject.material);
+            point.advance(&target, 1e-6);
+            let outside = driving_stress(subject, &point) / (subject.flow_stress)(plastic_strain(&point)) - 1.0;
+            // the returned stress is a difference of stresses as large as the trial's
+            let trial = YOUNG * a.max(c.recip()).powi(2);
+            let tolerance = 1e-12 + 4.0 * f64::EPSILON * trial / (subject.flow_stress)(0.0);
+            assert!(outside.abs() < tolerance || (subject.flow_stress)(0.0).is_infinite(), "{stretches:?}: {outside}");
+        }
+    }
+
+    pub fn stress_of_an_elastic_step_is_that_of_small_strain<M: Material>(subject: &Subject<M>) {
+        let strain = SymmetricTensor([3e-7, -2e-7, 1e-7, 2e-7, -1e-7, 4e-7]);
+        let mut point = MaterialPoint::new(&subject.material);
+        point.advance(&strain.to_tensor().plus_spherical(1.0), 1e-6);
+        // T = 2μ ε + λ tr(ε) I to first order in ε
+        let elasticity = solid();
+        let linear =
+            (strain * (2.0 * elasticity.shear_modulus())).plus_spherical(elasticity.lame_lambda() * strain.trace());
+        assert!(distance(point.stress(), &linear) < 1e-6 * von_mises(&linear));
+        assert_eq!(plastic_strain(&point), 0.0);
+        // ½ T : ε
+        let energy = 0.5 * linear.double_dot(&strain);
+        assert!((point.internal_energy() / energy - 1.0).abs() < 1e-6);
+    }
+
+    pub fn halving_the_step_divides_the_error<M: Material>(subject: &Subject<M>) {
+        // from a state in the midst of flow, so that no step holds the onset of yield
+        let start = drive(&subject.material, |t| turning_path(0.5 * t), 1.0, 200, |_, _| ());
+        let stress = |steps: u32| {
+            let mut point = start.clone();
+            for step in 1..=steps {
+                let t = 0.5 + 0.4 * f64::from(step) / f64::from(steps);
+                point.advance(&turning_path(t), 0.4 / f64::from(steps));
+            }
+            *point.stress()
+        };
+        let [coarse, middle, fine] = [200, 400, 800].map(stress);
+        let order = (distance(&coarse, &middle) / distance(&middle, &fine)).log2();
+        assert!(order > subject.order - 0.02, "order {order}");
+    }
+
+    pub fn every_lane_of_every_level_has_the_bits_of_f64<M: Material>(subject: &Subject<M>) {
+        let scalar = dispatch(LaneLevel::Portable, lanes::AllBits(&subject.material));
+        for level in LaneLevel::ALL {
+            if level.is_available() {
+                let bits = dispatch(level, lanes::AllBits(&subject.material));
+                for (case, (lane, alone)) in bits.iter().zip(&scalar).enumerate() {
+                    assert_eq!(lane, alone, "{level:?}, case {case}");
+                }
+            } else {
+                eprintln!("{level:?} is not available on this machine: not compared");
+            }
+        }
+    }
+
+    pub fn a_history_survives_being_taken_apart<M: Material>(subject: &Subject<M>) {
+        let point = drive(&subject.material, cyclic_path, 1.0, 40, |_, _| ());
+        let mut numbers = Vec::new();
+        point.state().for_each(|number: f64| numbers.push(number));
+        let mut next = numbers.iter();
+        let rebuilt: M::State<f64> = PointState::from_numbers(|| *next.next().unwrap());
+        let (mut again, mut first_lane) = (Vec::new(), Vec::new());
+        rebuilt.for_each(|number: f64| again.push(number));
+        M::lane(point.state(), 0).for_each(|number: f64| first_lane.push(number));
+        assert_eq!(numbers, again);
+        assert_eq!(numbers, first_lane);
+        assert!(next.next().is_none());
+    }
+
+    pub fn same_inputs_give_same_outputs<M: Material>(subject: &Subject<M>) {
+        let bits = || {
+            let point = drive(&subject.material, cyclic_path, 1.0, 60, |_, _| ());
+            let mut bits = Vec::new();
+            point.state().for_each(|number: f64| bits.push(number.to_bits()));
+            bits.extend(point.stress().0.map(f64::to_bits));
+            bits.extend([point.internal_energy(), point.plastic_dissipation()].map(f64::to_bits));
+            bits
+        };
+        assert_eq!(bits(), bits());
+    }
+
+    pub fn random_paths_stay_finite<M: Material>(subject: &Subject<M>) {
+        let increments = prop::collection::vec(prop::array::uniform9(-0.3..0.3_f64), 1..12);
+        let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig {
+            cases: 128,
+            failure_persistence: None,
+            ..ProptestConfig::default()
+        });
+        let outcome = runner.run(&increments, |increments| {
+            let mut point = MaterialPoint::new(&subject.material);
+            let mut gradient = Tensor::identity();
+            for [a, b, c, d, e, f, g, h, i] in increments {
+                // F_{n+1} = (I + G) F_n with ‖G‖ < 1: the determinant stays above zero all the way
+                let step = Tensor::from_rows([[1.0 + a, b, c], [d, 1.0 + e, f], [g, h, 1.0 + i]]);
+                gradient = step.dot(&gradient);
+                point.advance(&gradient, 1e-6);
+                prop_assert!(gradient.determinant() > 0.0);
+                prop_assert!(point.stress().norm_squared().is_finite());
+                prop_assert!(point.internal_energy().is_finite());
+                prop_assert!(point.plastic_dissipation().is_finite());
+                let mut finite = true;
+                point.state().for_each(|number: f64| finite &= number.is_finite());
+                prop_assert!(finite);
+            }
+            Ok(())
+        });
+        outcome.unwrap();
+    }
+}
+
+/// Packs whose lanes have different fates.
+mod lanes {
+    use super::*;
+
+    const CASES: usize = 24;
+    const STEPS: usize = 20;
+
+    /// The deformation gradients of a case: most follow one path at different amplitudes, from elastic to far into flow.
+    fn gradient(case: usize, step: usize) -> Tensor<f64> {
+        let t = (step + 1) as f64 / STEPS as f64;
+        let toward =
+            |amplitude: f64, target: Tensor<f64>| Tensor::identity() + (target - Tensor::identity()) * amplitude;
+        match case {
+            // at rest for ever; not a number from some step on; one step far outside and back
+            3 => Tensor::identity(),
+            5 if step >= 7 => Tensor::from_rows([[f64::NAN; 3]; 3]),
+            13 if step == 9 => Tensor::from_rows([[4.0, 1.0, 0.0], [0.0, 0.3, 0.2], [0.0, 0.0, 1.0]]),
+            // a number too large to square
+            17 if step == 12 => Tensor::identity() * 1e160,
+            // pure rotation, a large step, loads and unloads
+            7 => rotation(2.5 * t),
+            11 => rotation(0.5 * t).dot(&toward(3.0, turning_path(t))),
+            12 | 14 | 15 => toward(1.5, cyclic_path(t)),
+            _ => toward(0.5_f64.powi(case as i32), turning_path(t)),
+        }
+    }
+
+    struct Drive<'a, M, R> {
+        material: &'a M,
+        path: &'a [Tensor<R>],
+    }
+
+    impl<M: Material, R: Real> Kernel for Drive<'_, M, R> {
+        type Output = Vec<R>;
+
+        #[inline(always)]
+        fn run(self) -> Vec<R> {
+            let mut point = MaterialPoint::<M, R>::new(self.material);
+            let mut numbers = Vec::new();
+            for target in self.path {
+                point.advance(target, 0.05);
+                numbers.extend(point.stress().0);
+                point.state().for_each(|number| numbers.push(number));
+                numbers.extend([point.internal_energy(), point.plastic_dissipation()]);
+            }
+            numbers
+        }
+    }
+
+    /// The bits of every number of every case.
+    pub struct AllBits<'a, M>(pub &'a M);
+
+    impl<M: Material> WithLanes for AllBits<'_, M> {
+        type Output = Vec<Vec<u64>>;
+
+        fn with_lanes<R: Real>(self) -> Vec<Vec<u64>> {
+            let mut bits = vec![Vec::new(); CASES];
+            for start in (0..CASES).step_by(R::LANES) {
+                let path: Vec<Tensor<R>> = (0..STEPS)
+                    .map(|step| {
+                        let component = |i, j| R::from_lanes(|lane| gradient(start + lane, step).at(i, j));
+                        Tensor::from_rows(std::array::from_fn(|i| std::array::from_fn(|j| component(i, j))))
+                    })
+                    .collect();
+                for value in R::vectorize(Drive { material: self.0, path: &path }) {
+                    for lane in 0..R::LANES {
+                        let number = value.lane(lane);
+                        // the sign and payload of a NaN are nobody's result
+                        bits[start + lane].push(if number.is_nan() { u64::MAX } else { number.to_bits() });
+                    }
+                }
+            }
+            bits
+        }
+    }
+}
+
+/// ∫ T : D dt, its dissipated part and the history after most of `cyclic_path` in `steps` steps, for a volume that stays 1.
+fn energies<M: Material>(material: &M, steps: u32) -> (f64, f64, M::State<f64>) {
+    let time_step = 1.0 / f64::from(steps);
+    let (mut energy, mut dissipation) = (0.0, 0.0);
+    let mut state: M::State<f64> = material.initial_state();
+    let (mut rotation, mut gradient) = (Rotation::identity(), Tensor::identity());
+    for step in 1..=steps {
+        let target = cyclic_path(0.97 * f64::from(step) * time_step);
+        let rate = (target - gradient) * time_step.recip();
+        let motion = PointMotion::new(target, &rate, time_step, rotation, true);
+        let update = material.update(&state, &motion.kinematics, time_step);
+        energy += update.internal_energy;
+        dissipation += update.plastic_dissipation;
+        (state, rotation, gradient) = (update.state, motion.rotation, target);
+    }
+    (energy, dissipation, state)
+}
+
+#[test]
+fn box_rate_flow_in_one_direction_is_second_order_under_spin() {
+    fn order<M: Material>(subject: &Subject<M>) -> f64 {
+        let path = |t: f64| {
+            let stretch = 1.0 + 0.3 * t;
+            let lateral = stretch.sqrt().recip() * (1.0 + 1e-3 * t);
+            let stretches = SymmetricTensor([stretch, lateral, lateral, 0.0, 0.0, 0.0]).pushed_by(&rotation(0.7));
+            Rotation::<f64>::about([0.1, 0.9, 0.4], 1.5 * t).to_tensor().dot(&stretches.to_tensor())
+        };
+        let start = drive(&subject.material, |t| path(0.1 * t), 1.0, 100, |_, _| ());
+        let stress = |steps: u32| {
+            let mut point = start.clone();
+            for step in 1..=steps {
+                point.advance(&path(0.1 + 0.9 * f64::from(step) / f64::from(steps)), 0.9 / f64::from(steps));
+            }
+            *point.stress()
+        };
+        let [coarse, middle, fine] = [100, 200, 400].map(stress);
+        (distance(&coarse, &middle) / distance(&middle, &fine)).log2()
+    }
+    let prager = KinematicHardening::prager(5e9).unwrap();
+    let orders = [
+        order(&box_rate(law::linear())),
+        order(&box_rate(law::saturation())),
+        order(&box_rate(law::ludwik())),
+        order(&box_rate_kinematic(law::saturation(), prager)),
+    ];
+    assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.02), "{orders:?}");
+}
+
+/// ‖dev T‖²/4μ + (tr T)²/18k.
+fn elastic_energy(stress: &SymmetricTensor<f64>) -> f64 {
+    let elasticity = solid();
+    stress.deviator().norm_squared() / (4.0 * elasticity.shear_modulus())
+        + stress.trace().powi(2) / (18.0 * elasticity.bulk_modulus())
+}
+
+#[test]
+fn box_rate_work_is_elastic_energy_and_dissipation_for_any_step() {
+    for steps in [12, 37, 600] {
+        let (energy, dissipation, state) = energies(&elastic().material, steps);
+        assert_eq!(dissipation, 0.0);
+        let error = energy / elastic_energy(&state.rotated_stress) - 1.0;
+        assert!(error.abs() < 1e-12, "elastic, {steps}: {error}");
+
+        for law in [law::perfect(), law::saturation(), law::ludwik()] {
+            let (energy, dissipation, state) = energies(&box_rate(law).material, steps);
+            let error = energy - dissipation - elastic_energy(&state.rotated_stress);
+            assert!(error.abs() < 1e-12 * energy, "{steps}: {error} of {energy}");
+        }
+    }
+}
+
+#[test]
+fn prager_stores_the_work_of_its_back_stress() {
+    let rule = KinematicHardening::prager(5e9).unwrap();
+    for steps in [12, 600] {
+        let (energy, dissipation, state) = energies(&box_rate_kinematic(law::linear(), rule).material, steps);
+        // ∫ α : D_p dt = ¾ ‖α‖²/C
+        let stored = 0.75 * state.rotated_back_stress.norm_squared() / rule.modulus();
+        let error = energy - dissipation - elastic_energy(&state.rotated_stress) - stored;
+        assert!(error.abs() < 1e-12 * energy, "{steps}: {error} of {energy}");
+        assert!(stored > 1e-3 * energy, "{stored} of {energy}");
+    }
+}
+
+#[test]
+fn plastic_metric_keeps_its_determinant_through_100_000_steps() {
+    for law in [law::perfect(), law::saturation(), law::ludwik()] {
+        let subject = total(law);
+        let mut worst: f64 = 0.0;
+        let path = |t: f64| cyclic_path(t).dot(&rotation(0.3 * (9.0 * t).sin()));
+        let point = drive(&subject.material, path, 10.0, 100_000, |_, point| {
+            worst = worst.max((point.state().inverse_plastic_metric.determinant() - 1.0).abs());
+        });
+        assert!(worst < 1e-12, "{worst}");
+        assert!(plastic_strain(&point) > 1.0);
+    }
+}
