@@ -158,20 +158,20 @@ impl Sets {
         // Corners were found when the elements were made.
         let of_shape = |shape| members().filter(move |element| element.shape == shape);
         let corners = |element: &Element| nodes.corners::<4>(element.label, &element.nodes[..4]).unwrap_or_default();
-        if of_shape(Shape::Hex).next().is_some() {
-            let mut group = Group::volume(name, of_shape(Shape::Hex).map(|element| element.index).collect());
-            group.nodes = of_shape(Shape::Hex).flat_map(|element| element.nodes).filter_map(|n| nodes.get(n)).collect();
-            group.nodes.sort_unstable();
-            group.nodes.dedup();
-            Some(group)
+        let (mut group, shape) = if of_shape(Shape::Hex).next().is_some() {
+            (Group::volume(name, of_shape(Shape::Hex).map(|element| element.index).collect()), Shape::Hex)
         } else if of_shape(Shape::Quad).next().is_some() {
-            Some(Group::surface(name, of_shape(Shape::Quad).map(corners).collect()))
+            (Group::surface(name, of_shape(Shape::Quad).map(corners).collect()), Shape::Quad)
         } else if of_shape(Shape::Line).next().is_some() {
-            let of_line = |element: &Element| [element.nodes[0], element.nodes[1]];
-            Some(Group::curve(name, of_shape(Shape::Line).flat_map(of_line).filter_map(|n| nodes.get(n)).collect()))
+            (Group::curve(name, Vec::new()), Shape::Line)
         } else {
-            None
-        }
+            return None;
+        };
+        let labels = of_shape(shape).flat_map(|element| &element.nodes[..shape.node_count()]);
+        group.nodes = labels.filter_map(|label| nodes.get(*label)).collect();
+        group.nodes.sort_unstable();
+        group.nodes.dedup();
+        Some(group)
     }
 }
 
@@ -215,7 +215,14 @@ fn surface_group(
             Ok(())
         })?;
     }
-    if faces.is_empty() { Err(empty(name, GroupKind::Surface, line)) } else { Ok(Group::surface(name.as_str(), faces)) }
+    if faces.is_empty() {
+        return Err(empty(name, GroupKind::Surface, line));
+    }
+    let mut group = Group::surface(name.as_str(), faces);
+    group.nodes = group.faces.concat();
+    group.nodes.sort_unstable();
+    group.nodes.dedup();
+    Ok(group)
 }
 
 /// Hands on every number that a member stands for, until one is refused: a range ends at its first missing number.
