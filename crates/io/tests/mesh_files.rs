@@ -144,6 +144,15 @@ fn a_word_that_is_no_number_is_shown_with_its_line() {
 }
 
 #[test]
+fn words_run_together_are_an_error_and_not_other_numbers() {
+    for (from, to) in
+        [("\n1 1 0\n", "\n1-1 0 0\n"), ("\n1 1 0\n", "\n1 1-0\n"), ("6 7 8\n", "6 7-8 1\n"), ("\n2\n", "\n2.\n")]
+    {
+        error(&changed_in(ONE_HEX.as_bytes(), from, to));
+    }
+}
+
+#[test]
 fn a_named_group_without_elements_is_an_error() {
     let bytes = changed_in(ONE_HEX.as_bytes(), "1\n3 1 \"b\"", "2\n3 1 \"b\"\n2 5 \"foot\"");
     assert_eq!(

@@ -72,12 +72,21 @@ pub(super) fn read(bytes: &[u8], mut cursor: Cursor, format: String) -> Result<M
     };
 
     let mut assembly = Assembly::default();
+    // The parser splits words such as 1-1 in two: then it reads other numbers than were counted.
+    let damaged =
+        || Problem::Parser { message: "the numbers are not as Gmsh writes them; export the mesh again".into() };
     for (block, framed) in parsed_nodes.node_blocks.into_iter().zip(nodes.blocks) {
+        if block.nodes.len() != framed.labels.len() {
+            return Err(damaged().at(nodes.body.place()));
+        }
         assembly.coordinates.extend(block.nodes.iter().map(|node| [node.x, node.y, node.z]));
         assembly.node_labels.extend(framed.labels);
     }
     let index = NodeIndex::new(&assembly.node_labels);
     for (block, framed) in parsed_elements.element_blocks.into_iter().zip(&elements.blocks) {
+        if block.elements.len() as u64 != framed.count || block.element_type as i32 != framed.element_type.code {
+            return Err(damaged().at(framed.start.place()));
+        }
         let dimension = framed.element_type.dimension;
         let groups: Vec<usize> = entity_groups
             .get(&framed.entity)
