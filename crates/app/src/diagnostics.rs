@@ -1,6 +1,7 @@
 //! Messages about input: what is wrong, where it stands in the source, and what would be right.
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use serde::Serialize;
 use std::ops::Range;
 
 /// A piece of text of one source.
@@ -44,6 +45,11 @@ impl Sources {
     pub fn add(&mut self, name: impl Into<String>, text: impl Into<String>) -> SourceId {
         self.texts.push(Source { name: name.into(), text: text.into() });
         SourceId(self.texts.len() - 1)
+    }
+
+    /// The name of the text that a span points into.
+    pub fn name(&self, span: Span) -> Option<String> {
+        self.texts.get(span.source).map(|source| source.name.clone())
     }
 
     /// Line and column of the beginning of a span, both from 1; columns count characters.
@@ -217,6 +223,65 @@ impl Diagnostics {
             text.push_str(&format!("{errors} error{} in the input\n", if errors == 1 { "" } else { "s" }));
         }
         text
+    }
+}
+
+/// Diagnostics with the texts that they point into.
+#[derive(Debug, Default)]
+pub struct Findings {
+    /// The texts.
+    pub sources: Sources,
+    /// The diagnostics.
+    pub diagnostics: Diagnostics,
+}
+
+/// A diagnostic as data.
+#[derive(Clone, Debug, Serialize)]
+pub struct Finding {
+    /// "error" or "warning".
+    pub severity: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// The file, or the override of the command line.
+    pub file: Option<String>,
+    /// The line, from 1.
+    pub line: Option<usize>,
+    /// The column, from 1.
+    pub column: Option<usize>,
+    /// What would be right.
+    pub help: Vec<String>,
+}
+
+impl Finding {
+    /// An error without a place.
+    pub fn without_place(message: String) -> Self {
+        Self { severity: "error", message, file: None, line: None, column: None, help: Vec::new() }
+    }
+}
+
+impl Findings {
+    /// All of them as text.
+    pub fn render(&self, coloured: bool) -> String {
+        self.diagnostics.render(&self.sources, coloured)
+    }
+
+    /// All of them as data.
+    pub fn data(&self) -> Vec<Finding> {
+        let finding = |diagnostic: &&Diagnostic| {
+            let place = diagnostic.span().map(|span| self.sources.position(span));
+            Finding {
+                severity: match diagnostic.severity {
+                    Severity::Error => "error",
+                    Severity::Warning => "warning",
+                },
+                message: diagnostic.message.clone(),
+                file: diagnostic.span().and_then(|span| self.sources.name(span)),
+                line: place.map(|(line, _)| line),
+                column: place.map(|(_, column)| column),
+                help: diagnostic.help.clone(),
+            }
+        };
+        self.diagnostics.sorted().iter().map(finding).collect()
     }
 }
 

@@ -1,5 +1,26 @@
 //! The `estar` command: decks, runs, checks, meshes. The only crate that prints, times and knows the deck.
+//!
+//! [`deck`] reads what a user wrote, [`setup`] makes a problem of it and of the mesh, [`run`] runs it.
 
+pub mod check;
+pub mod cli;
+pub mod console;
+pub mod constraints;
 pub mod deck;
 pub mod diagnostics;
+pub mod example;
+pub mod expectations;
+pub mod failure;
 pub mod fields;
+pub mod format;
+pub mod frames;
+pub mod history;
+pub mod mesh_command;
+pub mod output;
+pub mod probes;
+pub mod progress;
+pub mod run;
+pub mod setup;
+pub mod snapshot;
+pub mod summary;
+pub mod trouble;

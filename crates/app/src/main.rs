@@ -1,1 +1,5 @@
-fn main() {}
+//! The `estar` program.
+
+fn main() -> std::process::ExitCode {
+    estar::cli::main()
+}

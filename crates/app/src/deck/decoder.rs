@@ -157,8 +157,14 @@ impl Decoder {
             self.wrong_type(node, "a table");
             return None;
         };
-        let mut reader =
-            TableReader { table, span: node.span, decoder: self, known: Vec::new(), elsewhere: Vec::new(), is_excused: false };
+        let mut reader = TableReader {
+            table,
+            span: node.span,
+            decoder: self,
+            known: Vec::new(),
+            elsewhere: Vec::new(),
+            is_excused: false,
+        };
         let value = T::read(&mut reader);
         reader.finish();
         value
@@ -179,7 +185,9 @@ impl Decoder {
             None => "unknown".to_owned(),
         };
         let message = format!("`{}` cannot be \"{text}\"", self.place());
-        self.report(Diagnostic::error(message).at(node.span, label).help(format!("the choices are {}", listed(names()))));
+        self.report(
+            Diagnostic::error(message).at(node.span, label).help(format!("the choices are {}", listed(names()))),
+        );
         None
     }
 }
@@ -285,7 +293,8 @@ impl TableReader<'_, '_> {
     fn finish(self) {
         let Self { table, decoder, known, elsewhere, is_excused, .. } = self;
         for entry in table.entries.iter().filter(|entry| !known.contains(&entry.key.as_str())) {
-            let owners: Vec<_> = elsewhere.iter().filter(|(key, _)| *key == entry.key).map(|(_, owner)| owner).collect();
+            let owners: Vec<_> =
+                elsewhere.iter().filter(|(key, _)| *key == entry.key).map(|(_, owner)| owner).collect();
             if is_excused && !owners.is_empty() {
                 continue;
             }

@@ -110,10 +110,7 @@ macro_rules! decode_as_table {
                 $crate::deck::schema::Schema::Table(<Self as $crate::deck::decoder::ReadKeys>::keys())
             }
 
-            fn decode(
-                node: &$crate::deck::tree::Node,
-                decoder: &mut $crate::deck::decoder::Decoder,
-            ) -> Option<Self> {
+            fn decode(node: &$crate::deck::tree::Node, decoder: &mut $crate::deck::decoder::Decoder) -> Option<Self> {
                 decoder.table(node)
             }
         }
@@ -140,18 +137,30 @@ macro_rules! describe_key {
 }
 
 macro_rules! presence {
-    (required) => { $crate::deck::schema::Presence::Required };
-    (optional) => { $crate::deck::schema::Presence::Optional };
-    (default($default:literal)) => { $crate::deck::schema::Presence::Default($default) };
+    (required) => {
+        $crate::deck::schema::Presence::Required
+    };
+    (optional) => {
+        $crate::deck::schema::Presence::Optional
+    };
+    (default($default:literal)) => {
+        $crate::deck::schema::Presence::Default($default)
+    };
 }
 
 macro_rules! read_key {
-    ($reader:ident, required, $key:ident, $type:ty) => { $reader.required::<$type>(stringify!($key)) };
-    ($reader:ident, optional, $key:ident, $type:ty) => { $reader.optional::<$type>(stringify!($key)) };
+    ($reader:ident, required, $key:ident, $type:ty) => {
+        $reader.required::<$type>(stringify!($key))
+    };
+    ($reader:ident, optional, $key:ident, $type:ty) => {
+        $reader.optional::<$type>(stringify!($key))
+    };
     ($reader:ident, default($default:literal), $key:ident, $type:ty) => {
         $reader.default::<$type>(stringify!($key), $default)
     };
-    ($reader:ident, flatten, $key:ident, $type:ty) => { <$type as $crate::deck::decoder::ReadKeys>::read($reader) };
+    ($reader:ident, flatten, $key:ident, $type:ty) => {
+        <$type as $crate::deck::decoder::ReadKeys>::read($reader)
+    };
 }
 
 pub(crate) use {

@@ -198,7 +198,12 @@ impl FromDeck for IsotropicHardening {
 }
 
 /// The points of a tabulated law, from the deck or from a file.
-fn table(points: Option<TablePoints>, file: Option<String>, node: &Node, decoder: &mut Decoder) -> Option<Vec<[f64; 2]>> {
+fn table(
+    points: Option<TablePoints>,
+    file: Option<String>,
+    node: &Node,
+    decoder: &mut Decoder,
+) -> Option<Vec<[f64; 2]>> {
     match (points, file) {
         (Some(points), None) => Some(points.0),
         (None, Some(file)) => {

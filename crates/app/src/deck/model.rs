@@ -6,7 +6,8 @@ use super::values::{
     Acceleration, GroupName, Length, MaterialName, MeshFile, NotNegative, Number, OfFaces, OfHexes, OfNodes, Positive,
     Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
 };
-use estar_solver::{Curve, Direction, ElementKind, Interpolation};
+use estar_solver::model::{Direction, Formulation};
+use estar_solver::{Curve, Interpolation};
 
 deck_table! {
     /// The mesh: where it is and in which unit.
@@ -26,13 +27,13 @@ deck_table! {
         /// Their material.
         material: MaterialName = required,
         /// Their element.
-        element: ElementKind = default("'hex8-f-bar'"),
+        element: Formulation = default("'hex8-f-bar'"),
     }
 }
 
-deck_choice! { ElementKind {
-    "hex8-f-bar" => ElementKind::Hex8FBar, "eight nodes, full integration, F-bar against volumetric locking";
-    "hex8" => ElementKind::Hex8, "eight nodes, full integration; locks when the volume hardly changes";
+deck_choice! { Formulation {
+    "hex8-f-bar" => Formulation::FBar, "eight nodes, full integration, F-bar against volumetric locking";
+    "hex8" => Formulation::Full, "eight nodes, full integration; locks when the volume hardly changes";
 } }
 
 deck_table! {
@@ -171,12 +172,19 @@ impl Motion {
     }
 
     /// What the curve gives.
-    pub fn quantity(&self) -> estar_solver::Quantity {
+    pub fn quantity(&self) -> estar_solver::model::Quantity {
         match self {
-            Self::Displacement { .. } => estar_solver::Quantity::Displacement,
-            Self::Velocity { .. } => estar_solver::Quantity::Velocity,
-            Self::Acceleration { .. } => estar_solver::Quantity::Acceleration,
+            Self::Displacement { .. } => estar_solver::model::Quantity::Displacement,
+            Self::Velocity { .. } => estar_solver::model::Quantity::Velocity,
+            Self::Acceleration { .. } => estar_solver::model::Quantity::Acceleration,
         }
     }
 }
 
+/// The deck's name of an element.
+pub fn element_name(element: Formulation) -> &'static str {
+    match element {
+        Formulation::Full => "hex8",
+        Formulation::FBar => "hex8-f-bar",
+    }
+}

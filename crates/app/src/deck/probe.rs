@@ -7,7 +7,7 @@ use super::tree::{Node, Value};
 use super::units::Dimension;
 use super::values::{AnyQuantity, Count, GroupName, Length, NewProbeName, OfNodes, ProbeName, Quantity, Time, Vector};
 use crate::fields::{Component, ProbeField};
-use estar_solver::Direction;
+use estar_solver::model::Direction;
 
 deck_table! {
     /// A number that is followed through the simulation: a column of history.csv.

@@ -1,9 +1,9 @@
 //! `[time]` and `[output]`.
 
+use super::decoder::At;
 use super::macros::{deck_choice, deck_table};
 use super::values::{Count, Fraction, NotNegative, Number, Positive, Quantity, Time};
 use crate::fields::Field;
-use super::decoder::At;
 
 deck_table! {
     /// Time integration.

@@ -131,10 +131,12 @@ pub fn apply_override(deck: &mut Node, argument: &str, sources: &mut Sources, di
             }
             None => "an override is KEY=VALUE, such as --set 'time.end=\"1 us\"'".to_owned(),
         };
-        let fault = faults.sorted().first().map_or_else(|| "not a value".to_owned(), |fault| fault.message().to_owned());
+        let fault =
+            faults.sorted().first().map_or_else(|| "not a value".to_owned(), |fault| fault.message().to_owned());
         let span = faults.sorted().first().and_then(|fault| fault.span());
         let span = span.unwrap_or(Span::new(source, 0..argument.len()));
-        diagnostics.push(Diagnostic::error(format!("the override cannot be read: {fault}")).at(span, "here").help(help));
+        diagnostics
+            .push(Diagnostic::error(format!("the override cannot be read: {fault}")).at(span, "here").help(help));
         return;
     }
     overlay(deck, set, diagnostics);

@@ -189,7 +189,8 @@ impl<'a> Decimal<'a> {
         let mut exponent = 0;
         if matches!(bytes.get(end), Some(b'e' | b'E')) {
             let exponent_sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
-            let exponent_digits = bytes.get(end + 1 + exponent_sign..).map_or(0, |_| digits_from(end + 1 + exponent_sign));
+            let exponent_digits =
+                bytes.get(end + 1 + exponent_sign..).map_or(0, |_| digits_from(end + 1 + exponent_sign));
             if exponent_digits > 0 {
                 let exponent_end = end + 1 + exponent_sign + exponent_digits;
                 let limit = if bytes[end + 1] == b'-' { -100_000 } else { 100_000 };
@@ -239,7 +240,8 @@ impl Scale {
     }
 
     fn times(self, other: Self, power: i8) -> Option<Self> {
-        let (up, down) = if power < 0 { (other.denominator, other.numerator) } else { (other.numerator, other.denominator) };
+        let (up, down) =
+            if power < 0 { (other.denominator, other.numerator) } else { (other.numerator, other.denominator) };
         let count = u32::from(power.unsigned_abs());
         Some(Self {
             numerator: self.numerator.checked_mul(up.checked_pow(count)?)?,

@@ -1,0 +1,233 @@
+//! `estar check`: a dry run that says what a run would be and would cost.
+
+use crate::console::is_coloured;
+use crate::diagnostics::Finding;
+use crate::failure::Failure;
+use crate::fields::Field;
+use crate::format::{bytes, count, duration, prefixed};
+use crate::run::{announcement, machine};
+use crate::setup::{self, LoadError, Problem};
+use crate::summary::MeshSummary;
+use crate::trouble;
+use estar_solver::{LaneLevel, Simulation};
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Elements that are named because they control the time step.
+const CONTROLLING_SHOWN: usize = 10;
+/// Real steps are timed for so long at most.
+const TIMING: Duration = Duration::from_millis(1000);
+/// Steps that are timed at most.
+const TIMED_STEPS: u64 = 200;
+
+/// What the command line asks for.
+#[derive(Clone, Debug)]
+pub struct CheckOptions {
+    /// The deck.
+    pub deck: PathBuf,
+    /// Overrides of keys of the deck.
+    pub overrides: Vec<String>,
+    /// Threads; all cores unless given.
+    pub threads: Option<usize>,
+    /// Vector instructions; the best unless given.
+    pub lanes: Option<LaneLevel>,
+    /// Print JSON.
+    pub json: bool,
+}
+
+/// What a check found.
+#[derive(Debug, Default, Serialize)]
+struct Report {
+    is_good: bool,
+    findings: Vec<Finding>,
+    #[serde(flatten)]
+    forecast: Option<Forecast>,
+}
+
+/// What a run would be.
+#[derive(Debug, Serialize)]
+struct Forecast {
+    mesh: MeshSummary,
+    quality: Quality,
+    end_time: f64,
+    initial_time_step: f64,
+    controlling_elements: Vec<Controlling>,
+    steps_expected: f64,
+    threads: usize,
+    lanes: &'static str,
+    element_steps_per_second: f64,
+    seconds_expected: f64,
+    memory_bytes: Option<f64>,
+    frames_expected: f64,
+    output_bytes_at_most: f64,
+}
+
+/// Quality of the mesh.
+#[derive(Debug, Serialize)]
+struct Quality {
+    min_scaled_jacobian: f64,
+    mean_scaled_jacobian: f64,
+    min_volume: f64,
+    max_volume: f64,
+    total_volume: f64,
+}
+
+/// An element with its stable time step.
+#[derive(Debug, Serialize)]
+struct Controlling {
+    element: u64,
+    stable_time_step: f64,
+}
+
+/// Checks a deck and says what a run would be.
+///
+/// # Errors
+/// Every fault of deck and mesh.
+pub fn check(options: &CheckOptions) -> Result<(), Failure> {
+    let problem = match setup::load(&options.deck, &options.overrides) {
+        Ok(problem) => problem,
+        Err(error) => {
+            if options.json {
+                print_json(&Report { findings: findings_of(&error), ..Report::default() })?;
+            }
+            return Err(error.into_failure(is_coloured()));
+        }
+    };
+    let (pool, lanes) = machine(options.threads, options.lanes)?;
+    pool.install(|| forecast(&problem, options, lanes))
+}
+
+fn findings_of(error: &LoadError) -> Vec<Finding> {
+    match error {
+        LoadError::Faults { findings, .. } => findings.data(),
+        LoadError::Deck(error) => vec![Finding::without_place(error.to_string())],
+    }
+}
+
+fn print_json(report: &Report) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(report).map_err(|error| Failure::File(format!("error: {error}")))?;
+    println!("{text}");
+    Ok(())
+}
+
+fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Result<(), Failure> {
+    let mut simulation = Simulation::new(&problem.mesh, problem.model.clone(), lanes).map_err(|error| {
+        let message = trouble::of_model(&error, problem);
+        if options.json {
+            let findings = vec![Finding::without_place(message.clone())];
+            let _ = print_json(&Report { findings, ..Report::default() });
+        }
+        Failure::Input(message)
+    })?;
+    let introduction = announcement(problem, &simulation, rayon::current_num_threads(), lanes);
+    let initial_time_step = simulation.time_step();
+    let controlling_elements = controlling_elements(problem, &simulation);
+    let memory_bytes = resident_bytes();
+    let rate = timed_rate(&mut simulation);
+
+    let end_time = simulation.end_time();
+    let steps_expected = (end_time / initial_time_step).ceil();
+    let frames_expected = problem.output.frames.count(end_time, steps_expected);
+    let rows = problem.output.history.count(end_time, steps_expected);
+    let forecast = Forecast {
+        mesh: MeshSummary::new(problem),
+        quality: Quality {
+            min_scaled_jacobian: problem.quality.min_scaled_jacobian,
+            mean_scaled_jacobian: problem.quality.mean_scaled_jacobian,
+            min_volume: problem.quality.min_volume,
+            max_volume: problem.quality.max_volume,
+            total_volume: problem.quality.total_volume,
+        },
+        end_time,
+        initial_time_step,
+        controlling_elements,
+        steps_expected,
+        threads: rayon::current_num_threads(),
+        lanes: lanes.name(),
+        element_steps_per_second: rate,
+        seconds_expected: steps_expected * simulation.hex_count() as f64 / rate,
+        memory_bytes,
+        frames_expected,
+        output_bytes_at_most: frames_expected * bytes_of_frame(problem) + rows * bytes_of_row(problem),
+    };
+    if options.json {
+        let report = Report { is_good: true, findings: problem.findings.data(), forecast: Some(forecast) };
+        return print_json(&report);
+    }
+    eprint!("{}", problem.findings.render(is_coloured()));
+    println!("{introduction}");
+    println!("{}", in_words(problem, &forecast));
+    Ok(())
+}
+
+/// The elements with the smallest stable time steps, the smallest first.
+fn controlling_elements(problem: &Problem, simulation: &Simulation) -> Vec<Controlling> {
+    let mut steps: Vec<(u64, f64)> =
+        problem.mesh.hex_labels().iter().map(|label| label.0).zip(simulation.stable_time_steps()).collect();
+    steps.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    let shown = steps.into_iter().take(CONTROLLING_SHOWN);
+    shown.map(|(element, stable_time_step)| Controlling { element, stable_time_step }).collect()
+}
+
+/// Element steps per second of the first real steps; a failing step ends the timing.
+fn timed_rate(simulation: &mut Simulation) -> f64 {
+    // the first step wakes the threads and the caches
+    let _ = simulation.advance();
+    let (start, mut steps) = (Instant::now(), 0_u64);
+    while steps == 0 || (steps < TIMED_STEPS && start.elapsed() < TIMING && !simulation.is_finished()) {
+        if simulation.advance().is_err() {
+            break;
+        }
+        steps += 1;
+    }
+    steps.max(1) as f64 * simulation.hex_count() as f64 / start.elapsed().as_secs_f64()
+}
+
+/// Memory of this process, where the system tells (Linux).
+fn resident_bytes() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(1024.0 * kilobytes)
+}
+
+/// Bytes of a frame before compression.
+fn bytes_of_frame(problem: &Problem) -> f64 {
+    let (nodes, hexes) = (problem.mesh.node_count() as f64, problem.mesh.hex_count() as f64);
+    let field = |field: &Field| match field {
+        Field::Displacement | Field::Velocity => 24.0 * nodes,
+        Field::CauchyStress => 48.0 * hexes,
+        _ => 8.0 * hexes,
+    };
+    let fixed = nodes * (24.0 + 8.0) + hexes * (8.0 * 4.0 + 4.0 + 1.0 + 8.0 + 4.0);
+    fixed + problem.output.fields.iter().map(field).sum::<f64>()
+}
+
+/// Bytes of a row of the history.
+fn bytes_of_row(problem: &Problem) -> f64 {
+    20.0 * (crate::history::COLUMNS.len() + problem.probes.len()) as f64
+}
+
+fn in_words(problem: &Problem, forecast: &Forecast) -> String {
+    let mut text = String::from("  quality    ");
+    text.push_str(&problem.quality.to_string().trim_end().replace('\n', "\n             "));
+    let _ = write!(text, "\n  the elements that control the time step (stable step without the safety factor):");
+    for controlling in &forecast.controlling_elements {
+        let _ = write!(text, "\n    element {:<10} {:.6e} s", controlling.element, controlling.stable_time_step);
+    }
+    let memory = forecast.memory_bytes.map_or("unknown".to_owned(), bytes);
+    let _ = write!(
+        text,
+        "\n  steps      {} or more: steps shrink where elements are squeezed\n  memory     {memory} (peak while setting up)\n  \
+         output     {} frames, at most {} before compression\n  time       {} at {}element steps/s, timed on real steps",
+        count(forecast.steps_expected),
+        count(forecast.frames_expected),
+        bytes(forecast.output_bytes_at_most),
+        duration(forecast.seconds_expected),
+        prefixed(forecast.element_steps_per_second)
+    );
+    text.push_str("\nno errors");
+    text
+}

@@ -1,0 +1,128 @@
+//! The command line.
+
+use crate::check::{CheckOptions, check};
+use crate::example::{self, ExampleArguments};
+use crate::failure::Failure;
+use crate::mesh_command::{MeshCommand, mesh};
+use crate::run::{RunOptions, run};
+use clap::{Args, Parser, Subcommand};
+use estar_solver::LaneLevel;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Explicit finite elements for solids that deform a lot and yield.
+#[derive(Debug, Parser)]
+#[command(version, after_help = EXIT_STATUS)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_STATUS: &str = "\
+Exit status: 0 done; 2 bad input (deck, mesh, command line); 3 the simulation failed (inverted element, value not \
+finite, energy error over the limit); 4 a file could not be read or written; 5 an expectation was not met; 130 stopped \
+by Ctrl-C.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Simulate what a deck describes
+    Run(RunArguments),
+    /// Dry run: every error at once, mesh quality, time step, and what a run would cost
+    Check(CheckArguments),
+    /// Write a ready deck and its mesh
+    Example(ExampleArguments),
+    /// Make structured meshes, or look into a mesh file
+    #[command(subcommand)]
+    Mesh(MeshCommand),
+}
+
+#[derive(Debug, Args)]
+struct DeckArguments {
+    /// The deck (TOML)
+    #[arg(value_name = "DECK")]
+    deck: PathBuf,
+    /// Replace or add a key of the deck, its value written as there: --set time.end='"1 us"'
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Number of threads; all cores unless given
+    #[arg(long, value_name = "N", value_parser = thread_count)]
+    threads: Option<usize>,
+    /// Vector instructions: avx512, avx2 or portable; the best of this machine unless given. The results have the same
+    /// bits with each
+    #[arg(long, value_name = "LEVEL", value_parser = lane_level)]
+    lanes: Option<LaneLevel>,
+}
+
+#[derive(Debug, Args)]
+struct RunArguments {
+    #[command(flatten)]
+    deck: DeckArguments,
+    /// Directory of the results; beside the deck and named after it unless given
+    #[arg(long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+    /// Overwrite results that are in the directory
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Debug, Args)]
+struct CheckArguments {
+    #[command(flatten)]
+    deck: DeckArguments,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// More threads than this are a slip of the pen.
+const MOST_THREADS: usize = 4096;
+
+fn thread_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (1..=MOST_THREADS).contains(&count) => Ok(count),
+        _ => Err(format!("a whole number from 1 to {MOST_THREADS} is needed")),
+    }
+}
+
+fn lane_level(text: &str) -> Result<LaneLevel, String> {
+    let names = || LaneLevel::ALL.iter().map(|level| level.name());
+    let level = LaneLevel::ALL.into_iter().find(|level| level.name() == text);
+    level.ok_or_else(|| format!("the choices are {}", names().collect::<Vec<_>>().join(", ")))
+}
+
+/// The program: reads the command line, does what it says, and returns the exit status.
+pub fn main() -> ExitCode {
+    match execute(Cli::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("{}", failure.to_string().trim_end());
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+fn execute(command: Command) -> Result<(), Failure> {
+    match command {
+        Command::Run(arguments) => run(&RunOptions {
+            deck: arguments.deck.deck,
+            overrides: arguments.deck.overrides,
+            output: arguments.output,
+            threads: arguments.deck.threads,
+            lanes: arguments.deck.lanes,
+            is_quiet: arguments.quiet,
+            force: arguments.force,
+        }),
+        Command::Check(arguments) => check(&CheckOptions {
+            deck: arguments.deck.deck,
+            overrides: arguments.deck.overrides,
+            threads: arguments.deck.threads,
+            lanes: arguments.deck.lanes,
+            json: arguments.json,
+        }),
+        Command::Example(arguments) => example::example(&arguments),
+        Command::Mesh(command) => mesh(&command),
+    }
+}

@@ -1,0 +1,56 @@
+//! What is printed, and kept in `estar.log`.
+
+use std::fs::File;
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+
+/// Prints to standard output unless it is to be quiet, and to the log in any case.
+#[derive(Debug)]
+pub struct Console {
+    is_quiet: bool,
+    log: Option<File>,
+}
+
+impl Console {
+    /// A console without a log.
+    pub fn new(is_quiet: bool) -> Self {
+        Self { is_quiet, log: None }
+    }
+
+    /// Begins the log in a directory.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn log_into(&mut self, directory: &Path) -> Result<(), crate::failure::Failure> {
+        let path = directory.join("estar.log");
+        self.log = Some(File::create(&path).map_err(crate::failure::Failure::writing(&path))?);
+        Ok(())
+    }
+
+    /// Whether nothing is to be printed.
+    pub fn is_quiet(&self) -> bool {
+        self.is_quiet
+    }
+
+    /// Prints a text and a line break.
+    pub fn say(&mut self, text: &str) {
+        if !self.is_quiet {
+            // a reader that has gone away must not stop the run
+            let _ = writeln!(std::io::stdout().lock(), "{text}");
+        }
+        self.note(text);
+    }
+
+    /// Writes a text and a line break to the log only.
+    pub fn note(&mut self, text: &str) {
+        if let Some(log) = &mut self.log {
+            // what is printed is not worth stopping a run for; its results are written with care elsewhere
+            let _ = writeln!(log, "{text}");
+        }
+    }
+}
+
+/// Whether messages on standard error may be coloured.
+pub fn is_coloured() -> bool {
+    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}

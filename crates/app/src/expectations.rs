@@ -1,0 +1,113 @@
+//! `[[expect]]`: values that probes must have.
+
+use crate::deck::Deck;
+use crate::deck::probe::When;
+use crate::deck::units::Dimension;
+use crate::diagnostics::{Diagnostic, Diagnostics};
+use serde::Serialize;
+
+/// A value that a probe must have.
+#[derive(Clone, Copy, Debug)]
+pub struct Expectation {
+    /// Index of the probe.
+    pub probe: usize,
+    /// When, s; none at the end.
+    pub time: Option<f64>,
+    /// The value, SI.
+    pub value: f64,
+    /// Allowed deviation, SI.
+    pub tolerance: f64,
+}
+
+/// What became of an expectation.
+#[derive(Clone, Debug, Serialize)]
+pub struct Outcome {
+    /// The probe.
+    pub probe: String,
+    /// Time of the step that counted, s.
+    pub time: f64,
+    /// What was expected, SI.
+    pub expected: f64,
+    /// What came out, SI.
+    pub found: f64,
+    /// Allowed deviation, SI.
+    pub tolerance: f64,
+    /// Whether it was met.
+    pub met: bool,
+}
+
+impl Expectation {
+    /// What has become of it with the value `found` at `time`.
+    pub fn outcome(&self, probe: &str, time: f64, found: f64) -> Outcome {
+        Outcome {
+            probe: probe.to_owned(),
+            time,
+            expected: self.value,
+            found,
+            tolerance: self.tolerance,
+            met: (found - self.value).abs() <= self.tolerance,
+        }
+    }
+}
+
+/// A table of what was asked and what came out.
+pub fn table(outcomes: &[Outcome]) -> String {
+    let width = outcomes.iter().map(|outcome| outcome.probe.chars().count()).max().unwrap_or(0).max(5);
+    let mut text = format!(
+        "{:width$}  {:>12}  {:>14}  {:>14}  {:>12}  {:>9}\n",
+        "probe", "time, s", "expected", "found", "tolerance", ""
+    );
+    for outcome in outcomes {
+        let Outcome { probe, time, expected, found, tolerance, met } = outcome;
+        let deviation =
+            if *expected == 0.0 { String::new() } else { format!(" ({:+.2} %)", 100.0 * (found / expected - 1.0)) };
+        let verdict = if *met { "met" } else { "MISSED" };
+        text.push_str(&format!(
+            "{probe:width$}  {time:>12.5e}  {expected:>14.6e}  {found:>14.6e}  {tolerance:>12.3e}  {verdict:>9}{deviation}\n"
+        ));
+    }
+    text
+}
+
+/// The expectations of a deck, in SI units and by the probes' positions.
+pub fn resolve(deck: &Deck, diagnostics: &mut Diagnostics) -> Vec<Expectation> {
+    let mut expectations = Vec::new();
+    for entry in &deck.expect {
+        let Some(probe) = deck.probe.iter().position(|probe| probe.name.0.value == entry.probe.0.value) else {
+            continue;
+        };
+        let wanted = deck.probe[probe].kind.dimension();
+        let mut dimension_fault = |what: &str, given: Option<Dimension>, span| {
+            if let Some(given) = given.filter(|given| *given != wanted) {
+                let name = &entry.probe.0.value;
+                let message = format!("`expect.{what}` is {given}, but the probe `{name}` gives {wanted}");
+                let help = format!("such as \"{}\"", wanted.example());
+                diagnostics.push(Diagnostic::error(message).at(span, format!("{wanted} is needed")).help(help));
+            }
+        };
+        let (value, tolerance) = (entry.value.value.0, entry.tolerance.value.0);
+        dimension_fault("value", value.dimension, entry.value.span);
+        if !tolerance.is_percentage {
+            dimension_fault("tolerance", tolerance.dimension, entry.tolerance.span);
+        }
+        let allowed = if tolerance.is_percentage { tolerance.value * value.value.abs() } else { tolerance.value };
+        if allowed < 0.0 || (allowed == 0.0 && tolerance.is_percentage) {
+            let message = "`expect.tolerance` allows no deviation at all";
+            let help = "a percentage of a value other than 0, or a quantity in the unit of the probe";
+            diagnostics.push(Diagnostic::error(message).at(entry.tolerance.span, "this tolerance").help(help));
+        }
+        let time = match entry.at {
+            When::End => None,
+            When::Time(time) => {
+                if time.value > deck.time.end.value {
+                    let message =
+                        format!("`expect.at` lies after the end of the simulation, {:?} s", deck.time.end.value);
+                    diagnostics.push(Diagnostic::error(message).at(time.span, "too late"));
+                }
+                Some(time.value)
+            }
+        };
+        expectations.push(Expectation { probe, time, value: value.value, tolerance: allowed });
+    }
+    expectations
+}

@@ -1,0 +1,40 @@
+//! How a command can end other than well, and the exit status that says so.
+
+/// Why a command did not do what it was asked to.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// Deck, mesh or command line are wrong.
+    #[error("{0}")]
+    Input(String),
+    /// The simulation failed.
+    #[error("{0}")]
+    Simulation(String),
+    /// A file could not be read or written.
+    #[error("{0}")]
+    File(String),
+    /// An expectation was not met.
+    #[error("{0}")]
+    Expectation(String),
+    /// Ctrl-C.
+    #[error("{0}")]
+    Interrupted(String),
+}
+
+impl Failure {
+    /// The exit status of the program.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Input(_) => 2,
+            Self::Simulation(_) => 3,
+            Self::File(_) => 4,
+            Self::Expectation(_) => 5,
+            Self::Interrupted(_) => 130,
+        }
+    }
+
+    /// A file that could not be written.
+    pub fn writing(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |error| Self::File(format!("{}: cannot be written: {error}", path.display()))
+    }
+}

@@ -1,0 +1,62 @@
+//! Numbers for people.
+
+/// A time span: `12 s`, `3 min 20 s`, `2 h 5 min`.
+pub fn duration(seconds: f64) -> String {
+    if !seconds.is_finite() {
+        return "unknown".to_owned();
+    }
+    match seconds {
+        s if s < 10.0 => format!("{s:.1} s"),
+        s if s < 60.0 => format!("{s:.0} s"),
+        s if s < 3600.0 => format!("{} min {} s", (s / 60.0) as u64, (s % 60.0) as u64),
+        s => format!("{} h {} min", (s / 3600.0) as u64, (s % 3600.0 / 60.0) as u64),
+    }
+}
+
+/// A count with a space between thousands.
+pub fn count(number: f64) -> String {
+    let digits = format!("{number:.0}");
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index) % 3 == 0 {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A number with an SI prefix: `12.3 M`.
+pub fn prefixed(number: f64) -> String {
+    let prefixes = [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k")];
+    match prefixes.into_iter().find(|(size, _)| number >= *size) {
+        Some((size, prefix)) => format!("{:.2} {prefix}", number / size),
+        None => format!("{number:.1} "),
+    }
+}
+
+/// Bytes: `3.2 MiB`.
+pub fn bytes(number: f64) -> String {
+    let units = [(30, "GiB"), (20, "MiB"), (10, "KiB")];
+    match units.into_iter().find(|(power, _)| number >= f64::from(1u32 << power)) {
+        Some((power, unit)) => format!("{:.1} {unit}", number / f64::from(1u32 << power)),
+        None => format!("{number:.0} B"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        assert_eq!(duration(3.12), "3.1 s");
+        assert_eq!(duration(200.0), "3 min 20 s");
+        assert_eq!(duration(7500.0), "2 h 5 min");
+        assert_eq!(duration(f64::INFINITY), "unknown");
+        assert_eq!(count(1_234_567.0), "1 234 567");
+        assert_eq!(count(12.0), "12");
+        assert_eq!(prefixed(12_345_678.0), "12.35 M");
+        assert_eq!(bytes(3.5 * 1_048_576.0), "3.5 MiB");
+    }
+}

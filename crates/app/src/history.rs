@@ -1,0 +1,84 @@
+//! `history.csv`: a row of numbers every so often.
+
+use crate::failure::Failure;
+use crate::snapshot::Snapshot;
+use estar_io::{HistoryWriter, Value};
+use std::path::{Path, PathBuf};
+
+/// The columns before those of the probes.
+pub const COLUMNS: [&str; 18] = [
+    "time",
+    "step",
+    "time_step",
+    "kinetic_energy",
+    "internal_energy",
+    "plastic_dissipation",
+    "viscous_energy",
+    "hourglass_energy",
+    "external_work",
+    "contact_energy",
+    "mass_scaling_energy",
+    "energy_error",
+    "momentum_x",
+    "momentum_y",
+    "momentum_z",
+    "max_equivalent_plastic_strain",
+    "min_jacobian",
+    "controlling_element",
+];
+
+/// The growing file.
+#[derive(Debug)]
+pub struct History {
+    path: PathBuf,
+    writer: HistoryWriter,
+}
+
+impl History {
+    /// Begins the file in a directory.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn create<'a>(directory: &Path, probes: impl Iterator<Item = &'a str>) -> Result<Self, Failure> {
+        let path = directory.join("history.csv");
+        let columns: Vec<&str> = COLUMNS.into_iter().chain(probes).collect();
+        let writer = HistoryWriter::create(&path, &columns).map_err(Failure::writing(&path))?;
+        Ok(Self { path, writer })
+    }
+
+    /// Adds the row of the present state, with the values of the probes; the smallest Jacobian.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write(&mut self, snapshot: &Snapshot<'_>, probes: &[f64]) -> Result<f64, Failure> {
+        let simulation = snapshot.simulation;
+        let energies = simulation.energies();
+        let [x, y, z] = simulation.momentum();
+        let extremes = simulation.extremes();
+        let label = snapshot.mesh.hex_labels()[extremes.controlling_hex as usize].0;
+        let mut row = vec![
+            Value::Real(simulation.time()),
+            Value::Integer(simulation.step()),
+            Value::Real(simulation.time_step()),
+            Value::Real(energies.kinetic),
+            Value::Real(energies.internal),
+            Value::Real(energies.plastic_dissipation),
+            Value::Real(energies.viscous),
+            // no element needs hourglass control and no mass is scaled: their rows of the ledger are empty
+            Value::Real(0.0),
+            Value::Real(energies.external_work()),
+            Value::Real(energies.contact),
+            Value::Real(0.0),
+            Value::Real(energies.error()),
+            Value::Real(x),
+            Value::Real(y),
+            Value::Real(z),
+            Value::Real(extremes.max_equivalent_plastic_strain),
+            Value::Real(extremes.min_jacobian),
+            Value::Integer(label),
+        ];
+        row.extend(probes.iter().map(|value| Value::Real(*value)));
+        self.writer.write_row(&row).map_err(Failure::writing(&self.path))?;
+        Ok(extremes.min_jacobian)
+    }
+}

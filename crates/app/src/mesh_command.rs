@@ -1,0 +1,210 @@
+//! `estar mesh`: structured meshes, and what is in a mesh file.
+
+use crate::deck::units::{self, Dimension};
+use crate::failure::Failure;
+use clap::{Args, Subcommand};
+use estar_mesh::Mesh;
+use estar_mesh::generate::{
+    BoxSpec, CylinderParameters, CylinderSpec, NeckingBarParameters, NeckingBarSpec, Section, SpecError, box_mesh,
+    cylinder, necking_bar,
+};
+use estar_mesh::quality::QualityReport;
+use std::path::PathBuf;
+
+/// Meshes that need no mesher, and a look into mesh files.
+#[derive(Debug, Subcommand)]
+pub enum MeshCommand {
+    /// A box of equal bricks from the origin: volume "box", surfaces "x_min", "x_max", ..., "z_max"
+    Box(BoxArguments),
+    /// A cylinder along z from z = 0: volume "bar", surfaces "foot", "top", "side" (and "symmetry_x", "symmetry_y" in a
+    /// quarter), curve "axis"
+    Cylinder(CylinderArguments),
+    /// An eighth of the bar that necks: volume "bar", surfaces "symmetry_x", "symmetry_y", "symmetry_z", "grip",
+    /// "side", curve "axis", point "neck"
+    NeckingBar(NeckingBarArguments),
+    /// Print counts, groups and quality of a mesh file
+    Info {
+        /// The mesh: Gmsh 4.1 or 2.2 (.msh), or Abaqus (.inp)
+        file: PathBuf,
+    },
+}
+
+/// Where a mesh goes.
+#[derive(Debug, Args)]
+pub struct Target {
+    /// The file to write (Gmsh 4.1), in metres
+    #[arg(long, value_name = "FILE")]
+    output: PathBuf,
+    /// Write text instead of binary
+    #[arg(long)]
+    ascii: bool,
+    /// Overwrite a file that is there
+    #[arg(long)]
+    force: bool,
+}
+
+/// A box.
+#[derive(Debug, Args)]
+pub struct BoxArguments {
+    /// Lengths along x, y, z: numbers in m or with a unit, such as 32.4mm
+    #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"], value_parser = length, default_values = ["1", "1", "1"])]
+    size: Vec<f64>,
+    /// Cells along x, y, z
+    #[arg(long, num_args = 3, value_names = ["NX", "NY", "NZ"], default_values = ["10", "10", "10"])]
+    cells: Vec<u32>,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// A cylinder.
+#[derive(Debug, Args)]
+pub struct CylinderArguments {
+    /// Radius: a number in m or with a unit
+    #[arg(long, value_parser = length, default_value = "3.2mm")]
+    radius: f64,
+    /// Length: a number in m or with a unit
+    #[arg(long, value_parser = length, default_value = "32.4mm")]
+    length: f64,
+    /// The whole section instead of a quarter with symmetry planes
+    #[arg(long)]
+    full: bool,
+    #[command(flatten)]
+    section: SectionArguments,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// A bar that necks.
+#[derive(Debug, Args)]
+pub struct NeckingBarArguments {
+    /// Length of the whole bar, of which half is meshed
+    #[arg(long, value_parser = length, default_value = "53.334mm")]
+    length: f64,
+    /// Radius at the ends
+    #[arg(long, value_parser = length, default_value = "6.413mm")]
+    radius: f64,
+    /// Radius at the middle over radius at the ends
+    #[arg(long, default_value_t = 0.982)]
+    neck_ratio: f64,
+    #[command(flatten)]
+    section: SectionArguments,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// How a round bar is divided.
+#[derive(Debug, Args)]
+pub struct SectionArguments {
+    /// Cells along each side of the core of a quarter
+    #[arg(long, default_value_t = 4)]
+    core_cells: u32,
+    /// Rings of cells around the core
+    #[arg(long, default_value_t = 3)]
+    rings: u32,
+    /// Cells along the axis
+    #[arg(long, default_value_t = 40)]
+    axial_cells: u32,
+    /// Length of the last cell along the axis over that of the first
+    #[arg(long, default_value_t = 1.0)]
+    grading: f64,
+}
+
+/// A length of the command line, m.
+fn length(text: &str) -> Result<f64, String> {
+    let measured = units::parse(text).map_err(|error| error.to_string())?;
+    match measured.dimension {
+        Some(dimension) if dimension != Dimension::LENGTH => Err(format!("it is {dimension}, but a length is needed")),
+        _ => Ok(measured.value),
+    }
+}
+
+/// Does what the command says.
+///
+/// # Errors
+/// An impossible size, a file that cannot be written or read, or a mesh that is none.
+pub fn mesh(command: &MeshCommand) -> Result<(), Failure> {
+    let impossible = |error: SpecError| Failure::Input(format!("error: {error}"));
+    match command {
+        MeshCommand::Box(arguments) => {
+            let sizes = |values: &[f64]| [values[0], values[1], values[2]];
+            let cells = [arguments.cells[0], arguments.cells[1], arguments.cells[2]];
+            let spec = BoxSpec::new(sizes(&arguments.size), cells).map_err(impossible)?;
+            write(&arguments.target, || box_mesh(&spec))
+        }
+        MeshCommand::Cylinder(arguments) => {
+            let spec = CylinderSpec::try_from(CylinderParameters {
+                radius: arguments.radius,
+                length: arguments.length,
+                section: if arguments.full { Section::Full } else { Section::Quarter },
+                core_cells: arguments.section.core_cells,
+                radial_rings: arguments.section.rings,
+                axial_cells: arguments.section.axial_cells,
+                axial_grading: arguments.section.grading,
+            })
+            .map_err(impossible)?;
+            write(&arguments.target, || cylinder(&spec))
+        }
+        MeshCommand::NeckingBar(arguments) => {
+            let spec = NeckingBarSpec::try_from(NeckingBarParameters {
+                full_length: arguments.length,
+                end_radius: arguments.radius,
+                neck_ratio: arguments.neck_ratio,
+                core_cells: arguments.section.core_cells,
+                radial_rings: arguments.section.rings,
+                axial_cells: arguments.section.axial_cells,
+                axial_grading: arguments.section.grading,
+            })
+            .map_err(impossible)?;
+            write(&arguments.target, || necking_bar(&spec))
+        }
+        MeshCommand::Info { file } => info(file),
+    }
+}
+
+fn write(target: &Target, mesh: impl FnOnce() -> Mesh) -> Result<(), Failure> {
+    if target.output.exists() && !target.force {
+        let message = format!("error: {} is there already\nhelp: overwrite it with --force", target.output.display());
+        return Err(Failure::Input(message));
+    }
+    let mesh = mesh();
+    estar_io::write_gmsh_file(&target.output, &mesh, !target.ascii).map_err(Failure::writing(&target.output))?;
+    println!("{}: {} nodes, {} hexes, in metres", target.output.display(), mesh.node_count(), mesh.hex_count());
+    Ok(())
+}
+
+fn info(file: &std::path::Path) -> Result<(), Failure> {
+    let read = estar_io::read_mesh(file).map_err(|error| {
+        let message = format!("error: {error}");
+        if error.is_unreadable() { Failure::File(message) } else { Failure::Input(message) }
+    })?;
+    let mesh = &read.mesh;
+    println!("{} ({})", file.display(), read.format);
+    println!("  {} nodes, {} hexes", mesh.node_count(), mesh.hex_count());
+    let [low, high] = mesh.extent();
+    for (axis, name) in ["x", "y", "z"].iter().enumerate() {
+        println!("  {name} from {:.6e} to {:.6e}", low[axis], high[axis]);
+    }
+    println!("  groups:");
+    let width = mesh.groups().iter().map(|group| group.name.chars().count()).max().unwrap_or(0);
+    for group in mesh.groups() {
+        let members = match (group.hexes.len(), group.faces.len()) {
+            (0, 0) => String::new(),
+            (0, faces) => format!("{faces} faces, "),
+            (hexes, _) => format!("{hexes} hexes, "),
+        };
+        println!("    {:width$}  {:8} {members}{} nodes", group.name, group.kind, group.nodes.len());
+    }
+    let quality = QualityReport::new(mesh);
+    print!("  quality: {}", quality.summary());
+    for warning in &read.warnings {
+        println!("  warning: {warning}");
+    }
+    const MOST_SHOWN: usize = 20;
+    for error in quality.errors().iter().take(MOST_SHOWN) {
+        println!("  error: {error}");
+    }
+    match quality.errors().len() {
+        0 => Ok(()),
+        count => Err(Failure::Input(format!("error: {}: the mesh has {count} faults", file.display()))),
+    }
+}

@@ -1,0 +1,171 @@
+//! What is written, and when.
+
+use crate::deck::Deck;
+use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::failure::Failure;
+use crate::fields::Field;
+use std::path::{Path, PathBuf};
+
+/// Frames where the deck does not say how many.
+const DEFAULT_FRAMES: u64 = 20;
+/// Rows of the history where the deck does not say when.
+const DEFAULT_ROWS: u64 = 1000;
+
+/// What is written, and when.
+#[derive(Clone, Debug)]
+pub struct OutputPlan {
+    /// Fields of the frames.
+    pub fields: Vec<Field>,
+    /// When frames are written.
+    pub frames: Interval,
+    /// When rows of the history are written.
+    pub history: Interval,
+}
+
+/// How often something is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Interval {
+    /// So many seconds of simulated time.
+    Time(f64),
+    /// So many steps.
+    Steps(u64),
+}
+
+impl Interval {
+    /// About how many times it falls due until `end` (s), at `steps` steps.
+    pub fn count(self, end: f64, steps: f64) -> f64 {
+        match self {
+            Self::Time(interval) => (end / interval).min(steps).ceil() + 1.0,
+            Self::Steps(count) => (steps / count as f64).ceil() + 1.0,
+        }
+    }
+}
+
+/// The plan of a deck.
+pub fn output_plan(deck: &Deck, diagnostics: &mut Diagnostics) -> OutputPlan {
+    let end = deck.time.end.value;
+    let output = &deck.output;
+    if let (Some(frames), Some(every)) = (&output.frames, &output.every) {
+        let diagnostic = Diagnostic::error("`output` has both `frames` and `every`");
+        diagnostics.push(diagnostic.at(every.span, "the interval").at(frames.span, "the number").help("one is enough"));
+    }
+    if let (Some(history), Some(steps)) = (&output.history, &output.history_steps) {
+        let diagnostic = Diagnostic::error("`output` has both `history` and `history_steps`");
+        diagnostics.push(diagnostic.at(steps.span, "in steps").at(history.span, "in time").help("one is enough"));
+    }
+    let frames = output.frames.map_or(DEFAULT_FRAMES, |frames| frames.value.0);
+    OutputPlan {
+        fields: output.fields.clone(),
+        frames: Interval::Time(output.every.map_or(end / frames as f64, |every| every.value.value)),
+        history: match (&output.history, &output.history_steps) {
+            (Some(history), _) => Interval::Time(history.value.value),
+            (None, Some(steps)) => Interval::Steps(steps.value.0),
+            (None, None) => Interval::Time(end / DEFAULT_ROWS as f64),
+        },
+    }
+}
+
+/// Says when something falls due: at the first step at or after each multiple of its interval.
+#[derive(Clone, Copy, Debug)]
+pub struct Schedule {
+    interval: Interval,
+    passed: u64,
+}
+
+impl Schedule {
+    /// A schedule whose first turn, at time 0, is over.
+    pub fn new(interval: Interval) -> Self {
+        Self { interval, passed: 0 }
+    }
+
+    /// Whether it is due at a step; then it is not due again before the next multiple.
+    pub fn is_due(&mut self, time: f64, step: u64) -> bool {
+        let passed = match self.interval {
+            Interval::Time(interval) => (time / interval * (1.0 + 1e-14)) as u64,
+            Interval::Steps(count) => step / count,
+        };
+        let is_due = passed > self.passed;
+        self.passed = passed;
+        is_due
+    }
+}
+
+/// The directory of results of a deck: beside it, named after it.
+pub fn default_directory(deck: &Path) -> PathBuf {
+    let directory = deck.with_extension("");
+    if directory == deck { deck.with_extension("results") } else { directory }
+}
+
+/// Makes the output directory; one that holds results is refused, or freed of them by `force`.
+///
+/// # Errors
+/// It holds results, or it cannot be made.
+pub fn prepare_directory(directory: &Path, force: bool) -> Result<(), Failure> {
+    let old = results_in(directory)?;
+    if !old.is_empty() && !force {
+        let message = format!(
+            "error: {} holds results already\nhelp: take another directory with --output, or overwrite these with --force",
+            directory.display()
+        );
+        return Err(Failure::Input(message));
+    }
+    for file in old {
+        std::fs::remove_file(&file).map_err(Failure::writing(&file))?;
+    }
+    let fields = directory.join("fields");
+    std::fs::create_dir_all(&fields).map_err(Failure::writing(&fields))
+}
+
+/// The files in a directory that a run has written.
+fn results_in(directory: &Path) -> Result<Vec<PathBuf>, Failure> {
+    const FILES: [&str; 5] = ["results.pvd", "history.csv", "summary.json", "run.jsonl", "estar.log"];
+    if directory.exists() && !directory.is_dir() {
+        return Err(Failure::File(format!("error: {} is a file, not a directory", directory.display())));
+    }
+    let mut found: Vec<PathBuf> = FILES.iter().map(|name| directory.join(name)).filter(|path| path.is_file()).collect();
+    if let Ok(entries) = std::fs::read_dir(directory.join("fields")) {
+        found.extend(entries.flatten().map(|entry| entry.path()).filter(|path| is_frame(path)));
+    }
+    Ok(found)
+}
+
+fn is_frame(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let number = name.strip_prefix("frame_").and_then(|rest| rest.strip_suffix(".vtu"));
+    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn schedule_is_due_once_at_or_after_each_multiple() {
+        let mut schedule = Schedule::new(Interval::Time(1.0));
+        let due: Vec<bool> = [0.4, 0.9, 1.0, 1.5, 3.7, 3.9, 4.1].iter().map(|t| schedule.is_due(*t, 0)).collect();
+        assert_eq!(due, [false, false, true, false, true, false, true]);
+        let mut schedule = Schedule::new(Interval::Steps(3));
+        let due: Vec<bool> = (1..8).map(|step| schedule.is_due(0.0, step)).collect();
+        assert_eq!(due, [false, false, true, false, false, true, false]);
+    }
+
+    #[test]
+    fn results_lie_beside_the_deck_and_are_named_after_it() {
+        assert_eq!(default_directory(Path::new("a/taylor.toml")), Path::new("a/taylor"));
+        assert_eq!(default_directory(Path::new("a/taylor")), Path::new("a/taylor.results"));
+    }
+
+    #[test]
+    fn only_results_are_removed() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path();
+        prepare_directory(path, false).unwrap();
+        let ours = ["history.csv", "fields/frame_00003.vtu"].map(|name| path.join(name));
+        let theirs = ["notes.txt", "fields/frame_x.vtu"].map(|name| path.join(name));
+        ours.iter().chain(&theirs).for_each(|file| std::fs::write(file, "x").unwrap());
+        assert!(matches!(prepare_directory(path, false), Err(Failure::Input(_))));
+        prepare_directory(path, true).unwrap();
+        assert!(ours.iter().all(|file| !file.exists()) && theirs.iter().all(|file| file.exists()));
+        assert!(matches!(prepare_directory(&theirs[0], false), Err(Failure::File(_))));
+    }
+}

@@ -1,0 +1,221 @@
+//! `[[probe]]`: numbers that are followed.
+
+use crate::deck::Deck;
+use crate::deck::decoder::At;
+use crate::deck::probe::{ProbeKind, ProbeTable};
+use crate::deck::units::Dimension;
+use crate::diagnostics::{Diagnostic, Diagnostics, Span, listed};
+use crate::fields::{Component, ProbeField};
+use crate::history;
+use crate::snapshot::Snapshot;
+use estar_mesh::quality::HexQuality;
+use estar_mesh::{Group, GroupKind, Mesh};
+use estar_solver::model::Direction;
+
+/// A number that is followed.
+#[derive(Clone, Debug)]
+pub struct Probe {
+    /// Its name.
+    pub name: String,
+    /// Its dimension.
+    pub dimension: Dimension,
+    what: What,
+}
+
+#[derive(Clone, Debug)]
+enum What {
+    Extent { nodes: Vec<u32>, axis: usize },
+    MaxRadius { nodes: Vec<u32>, axis: usize, centre: [f64; 3] },
+    Reaction { nodes: Vec<u32>, direction: Direction },
+    Mean { field: ProbeField, component: Option<Component>, weights: Vec<(u32, f64)> },
+    Maximum { field: ProbeField, component: Option<Component>, members: Vec<u32> },
+}
+
+impl Probe {
+    /// Its value now.
+    pub fn value(&self, snapshot: &Snapshot<'_>) -> f64 {
+        match &self.what {
+            What::Extent { nodes, axis } => {
+                let places = || nodes.iter().map(|node| snapshot.position(*node)[*axis]);
+                places().fold(f64::NEG_INFINITY, f64::max) - places().fold(f64::INFINITY, f64::min)
+            }
+            What::MaxRadius { nodes, axis, centre } => {
+                let (first, second) = ((axis + 1) % 3, (axis + 2) % 3);
+                let radius = |node: &u32| {
+                    let place = snapshot.position(*node);
+                    (place[first] - centre[first]).hypot(place[second] - centre[second])
+                };
+                nodes.iter().map(radius).fold(0.0, f64::max)
+            }
+            What::Reaction { nodes, direction } => snapshot.reaction(nodes, *direction),
+            What::Mean { field, component, weights } => {
+                let sum = |term: &dyn Fn(&(u32, f64)) -> f64| weights.iter().map(term).sum::<f64>();
+                sum(&|(index, weight)| weight * snapshot.value(*field, *component, *index))
+                    / sum(&|(_, weight)| *weight)
+            }
+            What::Maximum { field, component, members } => {
+                let values = members.iter().map(|index| snapshot.value(*field, *component, *index));
+                values.fold(f64::NEG_INFINITY, f64::max)
+            }
+        }
+    }
+}
+
+/// The probes of a deck on a mesh.
+pub fn resolve(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Probe> {
+    let mut probes = Vec::new();
+    for table in &deck.probe {
+        let name = &table.name.0;
+        if history::COLUMNS.contains(&name.value.as_str()) {
+            let message = format!("the probe `{}` has the name of a column that history.csv has anyway", name.value);
+            diagnostics.push(Diagnostic::error(message).at(name.span, "this name").help("any other name would do"));
+        }
+        if let Some(what) = (Resolver { mesh, diagnostics }).what(table) {
+            probes.push(Probe { name: name.value.clone(), dimension: table.kind.dimension(), what });
+        }
+    }
+    probes
+}
+
+struct Resolver<'a> {
+    mesh: &'a Mesh,
+    diagnostics: &'a mut Diagnostics,
+}
+
+impl Resolver<'_> {
+    fn what(&mut self, table: &ProbeTable) -> Option<What> {
+        let nodes = |name: &str| self.mesh.group(name).map(|group| group.nodes.clone());
+        match &table.kind {
+            ProbeKind::Extent { group, axis } => {
+                Some(What::Extent { nodes: nodes(&group.name.value)?, axis: index(*axis) })
+            }
+            ProbeKind::MaxRadius { group, axis, centre } => {
+                Some(What::MaxRadius { nodes: nodes(&group.name.value)?, axis: index(*axis), centre: centre.value })
+            }
+            ProbeKind::Reaction { group, direction } => {
+                Some(What::Reaction { nodes: nodes(&group.name.value)?, direction: *direction })
+            }
+            ProbeKind::Node { label, group, field, component } => {
+                let node = match (label, group) {
+                    (Some(label), None) => self.node_of_label(label.value.0, label.span),
+                    (None, Some(group)) => self.node_of_group(&group.name),
+                    (label, _) => {
+                        let fault =
+                            if label.is_some() { "both `label` and `group`" } else { "neither `label` nor `group`" };
+                        let message = format!("the probe `{}` has {fault}", table.name.0.value);
+                        let diagnostic = Diagnostic::error(message).at(table.span, "this probe");
+                        self.diagnostics.push(diagnostic.help("one of the two says which node"));
+                        None
+                    }
+                };
+                if !field.value.is_nodal() {
+                    self.wrong_place(field.span, "a node", "a field of nodes: position, displacement or velocity");
+                    return None;
+                }
+                let component = self.component(field, component)?;
+                Some(What::Mean { field: field.value, component, weights: vec![(node?, 1.0)] })
+            }
+            ProbeKind::Element { label, field, component } => {
+                let labels = self.mesh.hex_labels();
+                let hex = labels.iter().position(|hex| hex.0 == label.value.0);
+                if hex.is_none() {
+                    let message = format!("the mesh has no hex with the number {}", label.value.0);
+                    self.diagnostics.push(Diagnostic::error(message).at(label.span, "no such hex"));
+                }
+                if field.value.is_nodal() {
+                    self.wrong_place(field.span, "an element", "a field of hexes, such as von_mises_stress");
+                    return None;
+                }
+                let component = self.component(field, component)?;
+                Some(What::Mean { field: field.value, component, weights: vec![(hex? as u32, 1.0)] })
+            }
+            ProbeKind::GroupAverage { group, field, component } => {
+                let component = self.component(field, component)?;
+                let members = self.members(&group.name, field)?;
+                let weight = |index: &u32| match field.value.is_nodal() {
+                    true => 1.0,
+                    false => HexQuality::new(&self.mesh.corners(*index as usize)).volume,
+                };
+                let weights = members.iter().map(|index| (*index, weight(index))).collect();
+                Some(What::Mean { field: field.value, component, weights })
+            }
+            ProbeKind::Maximum { group, field, component } => {
+                let component = self.component(field, component)?;
+                let members = self.members(&group.name, field)?;
+                Some(What::Maximum { field: field.value, component, members })
+            }
+        }
+    }
+
+    fn node_of_label(&mut self, label: u64, span: Span) -> Option<u32> {
+        let node = self.mesh.node_labels().iter().position(|node| node.0 == label);
+        if node.is_none() {
+            let message = format!("the mesh has no node with the number {label}");
+            self.diagnostics.push(Diagnostic::error(message).at(span, "no such node"));
+        }
+        node.map(|node| node as u32)
+    }
+
+    fn node_of_group(&mut self, name: &At<String>) -> Option<u32> {
+        let group = self.mesh.group(&name.value)?;
+        if let [node] = group.nodes[..] {
+            return Some(node);
+        }
+        let message =
+            format!("the group `{}` has {} nodes, but a probe of one node needs one", group.name, group.nodes.len());
+        let diagnostic = Diagnostic::error(message).at(name.span, "this group");
+        self.diagnostics.push(diagnostic.help("kind = \"group-average\" or \"maximum\" takes all of them"));
+        None
+    }
+
+    /// The nodes or hexes of a group on which a field lives.
+    fn members(&mut self, name: &At<String>, field: &At<ProbeField>) -> Option<Vec<u32>> {
+        let group: &Group = self.mesh.group(&name.value)?;
+        if field.value.is_nodal() {
+            return Some(group.nodes.clone());
+        }
+        if group.kind == GroupKind::Volume {
+            return Some(group.hexes.clone());
+        }
+        let message = format!("the group `{}` is a {}, but the field lives on hexes", group.name, group.kind);
+        let volumes = self.mesh.groups().iter().filter(|group| group.kind == GroupKind::Volume);
+        let help = format!("the volume groups are {}", listed(volumes.map(|group| group.name.as_str())));
+        let diagnostic = Diagnostic::error(message).at(name.span, "a volume group is needed");
+        self.diagnostics.push(diagnostic.at(field.span, "this field").help(help));
+        None
+    }
+
+    fn wrong_place(&mut self, span: Span, place: &str, wanted: &str) {
+        let message = format!("this field does not live on {place}");
+        self.diagnostics.push(Diagnostic::error(message).at(span, format!("{wanted} is needed")));
+    }
+
+    /// The component of a field, which vectors and tensors need and scalars must not have.
+    fn component(&mut self, field: &At<ProbeField>, given: &Option<At<Component>>) -> Option<Option<Component>> {
+        let choices = field.value.components();
+        let names = listed(choices.iter().map(|component| component.name()));
+        let diagnostic = match given {
+            None if choices.is_empty() => return Some(None),
+            Some(component) if choices.contains(&component.value) => return Some(Some(component.value)),
+            None => Diagnostic::error("this field has components: `component` must say which")
+                .at(field.span, "this field")
+                .help(format!("the components are {names}")),
+            Some(component) if choices.is_empty() => Diagnostic::error("this field has no components")
+                .at(component.span, "leave this out")
+                .at(field.span, "this field"),
+            Some(component) => Diagnostic::error(format!("this field has no component `{}`", component.value.name()))
+                .at(component.span, "this component")
+                .help(format!("the components are {names}")),
+        };
+        self.diagnostics.push(diagnostic);
+        None
+    }
+}
+
+fn index(direction: Direction) -> usize {
+    match direction {
+        Direction::X => 0,
+        Direction::Y => 1,
+        Direction::Z => 2,
+    }
+}

@@ -1,0 +1,402 @@
+//! `estar run`: from the deck to the results.
+
+use crate::console::{Console, is_coloured};
+use crate::expectations::{self, Outcome};
+use crate::failure::Failure;
+use crate::format::{bytes, count, duration, prefixed};
+use crate::frames::FrameWriter;
+use crate::history::History;
+use crate::output::{Schedule, default_directory, prepare_directory};
+use crate::progress::Progress;
+use crate::setup::{self, Problem};
+use crate::snapshot::Snapshot;
+use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, Summary, state_hash};
+use crate::trouble;
+use estar_solver::{LaneLevel, Simulation, SimulationError};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What the command line asks for.
+#[derive(Clone, Debug)]
+pub struct RunOptions {
+    /// The deck.
+    pub deck: PathBuf,
+    /// Overrides of keys of the deck.
+    pub overrides: Vec<String>,
+    /// Directory of the results.
+    pub output: Option<PathBuf>,
+    /// Threads; all cores unless given.
+    pub threads: Option<usize>,
+    /// Vector instructions; the best unless given.
+    pub lanes: Option<LaneLevel>,
+    /// Print nothing but errors.
+    pub is_quiet: bool,
+    /// Overwrite results.
+    pub force: bool,
+}
+
+/// How the loop ended.
+enum Ending {
+    Finished,
+    Interrupted,
+    Failed(SimulationError),
+}
+
+/// Runs a deck.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(options: &RunOptions) -> Result<(), Failure> {
+    let problem = setup::load(&options.deck, &options.overrides).map_err(|error| error.into_failure(is_coloured()))?;
+    let warnings = problem.findings.render(is_coloured());
+    if !warnings.is_empty() {
+        eprint!("{warnings}");
+    }
+    let (pool, lanes) = machine(options.threads, options.lanes)?;
+    pool.install(|| run_problem(problem, options, lanes))
+}
+
+/// The threads and vector instructions to run on.
+///
+/// # Errors
+/// The machine cannot give them.
+pub fn machine(threads: Option<usize>, lanes: Option<LaneLevel>) -> Result<(rayon::ThreadPool, LaneLevel), Failure> {
+    let lanes = lanes.unwrap_or_else(LaneLevel::best);
+    if !lanes.is_available() {
+        return Err(Failure::Input(format!("error: this machine has no {} instructions", lanes.name())));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
+    Ok((pool.map_err(|error| Failure::Input(format!("error: cannot start the threads: {error}")))?, lanes))
+}
+
+fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Result<(), Failure> {
+    let simulation = Simulation::new(&problem.mesh, problem.model.clone(), lanes)
+        .map_err(|error| Failure::Input(trouble::of_model(&error, &problem)))?;
+    let directory = options.output.clone().unwrap_or_else(|| default_directory(&options.deck));
+    prepare_directory(&directory, options.force)?;
+    let mut console = Console::new(options.is_quiet);
+    console.log_into(&directory)?;
+    let threads = rayon::current_num_threads();
+    console.say(&announcement(&problem, &simulation, threads, lanes));
+
+    let is_interrupted = interruption();
+    let mut run = Run::start(problem, simulation, &directory, console)?;
+    let ending = run.advance_to_end(&is_interrupted);
+    run.conclude(ending, threads, lanes)
+}
+
+/// A flag that Ctrl-C raises; a second Ctrl-C ends the program at once.
+fn interruption() -> Arc<AtomicBool> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&flag);
+    // a program that cannot catch the signal is ended by it, and its files are whole all the same
+    let _ = ctrlc::set_handler(move || {
+        if raised.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    flag
+}
+
+/// A run under way.
+struct Run<'a> {
+    problem: Problem,
+    simulation: Simulation,
+    directory: &'a Path,
+    console: Console,
+    history: History,
+    frames: FrameWriter,
+    progress: Progress,
+    frame_schedule: Schedule,
+    history_schedule: Schedule,
+    /// Position of each expectation whose moment is still to come.
+    pending: Vec<usize>,
+    outcomes: Vec<Option<Outcome>>,
+    last_row: Option<u64>,
+    jacobians: Vec<(u64, f64)>,
+    initial_time_step: f64,
+}
+
+impl<'a> Run<'a> {
+    fn start(problem: Problem, simulation: Simulation, directory: &'a Path, console: Console) -> Result<Self, Failure> {
+        let history = History::create(directory, problem.probes.iter().map(|probe| probe.name.as_str()))?;
+        let frames = FrameWriter::start(directory, &problem.mesh, &problem.model.parts, &problem.output.fields)?;
+        let progress = Progress::start(directory, &console, &simulation)?;
+        let expectations = &problem.expectations;
+        let mut run = Self {
+            frame_schedule: Schedule::new(problem.output.frames),
+            history_schedule: Schedule::new(problem.output.history),
+            pending: (0..expectations.len()).filter(|index| expectations[*index].time.is_some()).collect(),
+            outcomes: vec![None; expectations.len()],
+            last_row: None,
+            jacobians: Vec::new(),
+            initial_time_step: simulation.time_step(),
+            problem,
+            simulation,
+            directory,
+            console,
+            history,
+            frames,
+            progress,
+        };
+        run.write(true, true)?;
+        run.check_pending();
+        Ok(run)
+    }
+
+    /// The loop.
+    fn advance_to_end(&mut self, is_interrupted: &AtomicBool) -> Result<Ending, Failure> {
+        while !self.simulation.is_finished() {
+            if is_interrupted.load(Ordering::Relaxed) {
+                return Ok(Ending::Interrupted);
+            }
+            if let Err(error) = self.simulation.advance() {
+                return Ok(Ending::Failed(error));
+            }
+            let (time, step) = (self.simulation.time(), self.simulation.step());
+            let row_is_due = self.history_schedule.is_due(time, step);
+            let frame_is_due = self.frame_schedule.is_due(time, step);
+            if row_is_due || frame_is_due {
+                self.write(row_is_due, frame_is_due)?;
+            }
+            if !self.pending.is_empty() {
+                self.check_pending();
+            }
+            self.progress.tell(&self.simulation, &mut self.console)?;
+        }
+        Ok(Ending::Finished)
+    }
+
+    /// Writes a row and a frame of the present step, each once.
+    fn write(&mut self, row: bool, frame: bool) -> Result<(), Failure> {
+        let snapshot = Snapshot::new(&self.problem.mesh, &self.simulation);
+        let step = self.simulation.step();
+        if row && self.last_row != Some(step) {
+            let values: Vec<f64> = self.problem.probes.iter().map(|probe| probe.value(&snapshot)).collect();
+            let min_jacobian = self.history.write(&snapshot, &values)?;
+            self.jacobians.push((step, min_jacobian));
+            if self.jacobians.len() > trouble::JACOBIANS_SHOWN {
+                self.jacobians.remove(0);
+            }
+            self.last_row = Some(step);
+        }
+        if frame {
+            self.frames.write(&snapshot)?;
+        }
+        Ok(())
+    }
+
+    /// Looks at the expectations whose moment has come.
+    fn check_pending(&mut self) {
+        let time = self.simulation.time();
+        let has_come = |index: &usize| self.problem.expectations[*index].time.is_some_and(|moment| time >= moment);
+        let due: Vec<usize> = self.pending.iter().copied().filter(has_come).collect();
+        if due.is_empty() {
+            return;
+        }
+        self.pending.retain(|index| !due.contains(index));
+        for index in due {
+            self.outcomes[index] = Some(self.outcome(index));
+        }
+    }
+
+    fn outcome(&self, index: usize) -> Outcome {
+        let expectation = self.problem.expectations[index];
+        let probe = &self.problem.probes[expectation.probe];
+        let value = probe.value(&Snapshot::new(&self.problem.mesh, &self.simulation));
+        expectation.outcome(&probe.name, self.simulation.time(), value)
+    }
+
+    /// Writes what remains to be written, however the loop ended, and says what came of it.
+    fn conclude(mut self, ending: Result<Ending, Failure>, threads: usize, lanes: LaneLevel) -> Result<(), Failure> {
+        let ending = match ending {
+            Ok(ending) => ending,
+            Err(failure) => {
+                // the disk is at fault: what is there stays, what can still be said is said
+                let _ = self.progress.finish(&self.simulation);
+                self.console.note(&failure.to_string());
+                return Err(self.frames.finish().err().unwrap_or(failure));
+            }
+        };
+        self.progress.finish(&self.simulation)?;
+        self.write(true, true)?;
+        let frames = self.frames.finish()?;
+        if matches!(ending, Ending::Finished) {
+            for index in 0..self.outcomes.len() {
+                if self.outcomes[index].is_none() {
+                    self.outcomes[index] = Some(self.outcome(index));
+                }
+            }
+        }
+        let trouble = match &ending {
+            Ending::Finished => None,
+            Ending::Interrupted => Some(format!(
+                "interrupted at step {}, t = {:.6e} s; everything written so far can be read",
+                self.simulation.step(),
+                self.simulation.time()
+            )),
+            Ending::Failed(error) => {
+                Some(trouble::of_simulation(error, &self.problem, &self.simulation, &self.jacobians))
+            }
+        };
+        let summary = self.summary(&ending, trouble.clone(), frames, threads, lanes);
+        summary.write(self.directory)?;
+        let outcomes = &summary.expectations;
+        self.console.say(&conclusion(&summary, self.directory));
+        if !outcomes.is_empty() {
+            self.console.say(&expectations::table(outcomes));
+        }
+        if let Some(trouble) = &trouble {
+            self.console.note(trouble);
+        }
+        match (ending, trouble) {
+            (Ending::Interrupted, Some(trouble)) => Err(Failure::Interrupted(trouble)),
+            (Ending::Failed(_), Some(trouble)) => Err(Failure::Simulation(trouble)),
+            _ if !summary.expectations_met => {
+                let missed = outcomes.iter().filter(|outcome| !outcome.met).count();
+                let table = if self.console.is_quiet() {
+                    format!("\n{}", expectations::table(outcomes))
+                } else {
+                    String::new()
+                };
+                Err(Failure::Expectation(format!("error: {missed} of {} expectations missed{table}", outcomes.len())))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn summary(
+        &self,
+        ending: &Ending,
+        message: Option<String>,
+        frames: usize,
+        threads: usize,
+        lanes: LaneLevel,
+    ) -> Summary {
+        let (problem, simulation) = (&self.problem, &self.simulation);
+        let snapshot = Snapshot::new(&problem.mesh, simulation);
+        let wall_seconds = self.progress.wall_seconds();
+        let element_steps = simulation.step() as f64 * simulation.hex_count() as f64;
+        let outcomes: Vec<Outcome> = self.outcomes.iter().flatten().cloned().collect();
+        let load_names: Vec<String> = problem.model.loads.iter().map(|load| load.name.clone()).collect();
+        Summary {
+            version: env!("CARGO_PKG_VERSION"),
+            title: problem.title.clone(),
+            deck: problem.deck_path.display().to_string(),
+            deck_hash: problem.deck_hash.clone(),
+            mesh: MeshSummary::new(problem),
+            status: match ending {
+                Ending::Finished => "finished",
+                Ending::Interrupted => "interrupted",
+                Ending::Failed(_) => "failed",
+            },
+            message,
+            time: simulation.time(),
+            steps: simulation.step(),
+            time_step: simulation.time_step(),
+            initial_time_step: self.initial_time_step,
+            wall_seconds,
+            element_steps_per_second: element_steps / wall_seconds,
+            grind_time_ns: 1e9 * wall_seconds / element_steps,
+            threads,
+            lanes: lanes.name(),
+            frames,
+            energies: EnergySummary::new(simulation, &load_names),
+            energy_error: simulation.energies().error(),
+            momentum: simulation.momentum(),
+            extremes: ExtremeSummary::new(&snapshot),
+            probes: problem.probes.iter().map(|probe| (probe.name.clone(), probe.value(&snapshot))).collect(),
+            expectations_met: outcomes.len() == self.outcomes.len() && outcomes.iter().all(|outcome| outcome.met),
+            expectations: outcomes,
+            state_hash: state_hash(simulation),
+        }
+    }
+}
+
+/// What is going to be computed.
+pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, lanes: LaneLevel) -> String {
+    let mut text = format!("Estar {}", env!("CARGO_PKG_VERSION"));
+    if !problem.title.is_empty() {
+        let _ = write!(text, ": {}", problem.title);
+    }
+    let time_step = simulation.time_step();
+    let _ = write!(
+        text,
+        "\n  mesh       {} ({}): {} nodes, {} hexes",
+        problem.mesh_path.display(),
+        problem.mesh_format,
+        count(problem.mesh.node_count() as f64),
+        count(problem.mesh.hex_count() as f64)
+    );
+    for (description, part) in problem.parts.iter().zip(&problem.model.parts) {
+        let _ = write!(
+            text,
+            "\n  part       {}: {} hexes of {}, {}, {:.6e} kg",
+            description.group,
+            count(description.hex_count as f64),
+            description.material,
+            crate::deck::model::element_name(part.element),
+            description.mass
+        );
+    }
+    let _ = write!(
+        text,
+        "\n  mass       {:.6e} kg\n  time       {:.6e} s, first step {:.4e} s, about {} steps if it stays so",
+        problem.parts.iter().map(|part| part.mass).sum::<f64>(),
+        simulation.end_time(),
+        time_step,
+        count((simulation.end_time() / time_step).ceil())
+    );
+    let _ = write!(text, "\n  machine    {threads} threads, {} lanes of {}", lanes.lanes(), lanes.name());
+    text
+}
+
+/// What came of it.
+fn conclusion(summary: &Summary, directory: &Path) -> String {
+    let energies = &summary.energies;
+    let mut text = format!(
+        "{} at t = {:.6e} s after {} steps in {}: {}element steps/s, {:.1} ns per element step\n",
+        summary.status,
+        summary.time,
+        count(summary.steps as f64),
+        duration(summary.wall_seconds),
+        prefixed(summary.element_steps_per_second),
+        summary.grind_time_ns
+    );
+    let rows = [
+        ("kinetic energy", energies.kinetic_energy),
+        ("internal energy", energies.internal_energy),
+        ("of it dissipated", energies.plastic_dissipation),
+        ("bulk viscosity", energies.viscous_energy),
+        ("external work", energies.external_work),
+        ("contact", energies.contact_energy),
+    ];
+    for (name, value) in rows {
+        let _ = writeln!(text, "  {name:<20} {value:>14.6e} J");
+    }
+    let _ = writeln!(text, "  {:<20} {:>14.4} %", "energy error", 100.0 * summary.energy_error);
+    for (name, value) in &summary.probes {
+        let _ = writeln!(text, "  {name:<20} {value:>14.6e}");
+    }
+    let _ = writeln!(
+        text,
+        "  largest plastic strain {:.4}, smallest Jacobian {:.4}\n  state {}",
+        summary.extremes.max_equivalent_plastic_strain, summary.extremes.min_jacobian, summary.state_hash
+    );
+    let _ = write!(
+        text,
+        "  {} ({} frames, {})",
+        directory.join("results.pvd").display(),
+        summary.frames,
+        bytes(size_of_directory(directory))
+    );
+    text
+}
+
+/// Bytes of the frames.
+fn size_of_directory(directory: &Path) -> f64 {
+    let entries = std::fs::read_dir(directory.join("fields")).into_iter().flatten().flatten();
+    entries.filter_map(|entry| entry.metadata().ok()).map(|metadata| metadata.len() as f64).sum()
+}

@@ -1,0 +1,393 @@
+//! From deck and mesh to a problem that can be run.
+
+use crate::constraints;
+use crate::deck::decoder::{At, Decoder, GroupMention};
+use crate::deck::source::{TextError, read_text};
+use crate::deck::{self, Deck, Reading};
+use crate::diagnostics::{Diagnostic, Diagnostics, Findings, listed, nearest};
+use crate::expectations::{self, Expectation};
+use crate::failure::Failure;
+use crate::output::{OutputPlan, output_plan};
+use crate::probes::{self, Probe};
+use crate::summary::hex;
+use estar_io::MeshFile;
+use estar_mesh::quality::{QualityReport, QualitySummary};
+use estar_mesh::{Group, Mesh, locality_order};
+use estar_solver::model::{
+    BulkViscosity, Fix, InitialVelocity, Load, LoadKind, Model, Part, Prescribed, RigidWall, Spin, TimeSettings,
+};
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+
+/// A problem that can be run: everything the deck and the mesh say, checked.
+#[derive(Debug)]
+pub struct Problem {
+    /// The deck's title.
+    pub title: String,
+    /// The deck's file.
+    pub deck_path: PathBuf,
+    /// SHA-256 of the deck's text, and of the overrides of the command line if there are any.
+    pub deck_hash: String,
+    /// The mesh's file.
+    pub mesh_path: PathBuf,
+    /// The format of the mesh's file.
+    pub mesh_format: String,
+    /// The mesh, in m, in an order that is good for the machine; labels are those of the file.
+    pub mesh: Mesh,
+    /// Quality of the mesh.
+    pub quality: QualitySummary,
+    /// What the solver is given.
+    pub model: Model,
+    /// What each part is called and made of.
+    pub parts: Vec<PartDescription>,
+    /// What is followed.
+    pub probes: Vec<Probe>,
+    /// What the probes must give.
+    pub expectations: Vec<Expectation>,
+    /// What is written.
+    pub output: OutputPlan,
+    /// Findings that do not stop the run.
+    pub findings: Findings,
+}
+
+/// A part in words.
+#[derive(Debug)]
+pub struct PartDescription {
+    /// Its group.
+    pub group: String,
+    /// Its material.
+    pub material: String,
+    /// Number of its hexes.
+    pub hex_count: usize,
+    /// Its mass, kg.
+    pub mass: f64,
+}
+
+/// Why there is no problem to run.
+#[derive(Debug)]
+pub enum LoadError {
+    /// The text of the deck cannot be had.
+    Deck(TextError),
+    /// Deck or mesh have faults.
+    Faults {
+        /// The faults.
+        findings: Findings,
+        /// Whether the only fault is a mesh file that cannot be opened.
+        is_missing_file: bool,
+    },
+}
+
+impl LoadError {
+    /// The failure of the command, with messages as text.
+    pub fn into_failure(self, coloured: bool) -> Failure {
+        match self {
+            Self::Deck(error @ TextError::Unreadable { .. }) => {
+                Failure::File(format!("error: the deck cannot be read: {error}"))
+            }
+            Self::Deck(error) => Failure::Input(format!("error: the deck cannot be read: {error}")),
+            Self::Faults { findings, is_missing_file } => {
+                let text = findings.render(coloured);
+                if is_missing_file { Failure::File(text) } else { Failure::Input(text) }
+            }
+        }
+    }
+}
+
+/// Reads the deck at `deck_path` and its mesh.
+///
+/// # Errors
+/// The deck cannot be read, or every fault of deck and mesh.
+pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError> {
+    let text = read_text(deck_path).map_err(LoadError::Deck)?;
+    let Reading { sources, deck, decoder } = deck::read(deck_path, &text, overrides);
+    let Decoder { diagnostics, groups, mesh_file, .. } = decoder;
+    let mut findings = Findings { sources, diagnostics };
+    let diagnostics = &mut findings.diagnostics;
+    let fault = |findings, is_missing_file| Err(LoadError::Faults { findings, is_missing_file });
+
+    let scale = deck.as_ref().map_or(1.0, |deck| deck.mesh.scale.value);
+    let Some(mesh_file) = mesh_file else { return fault(findings, false) };
+    let is_missing_file = !diagnostics.has_errors() && std::fs::File::open(&mesh_file.value).is_err();
+    let Some((mesh_format, mesh)) = mesh_of(&mesh_file, scale, diagnostics) else {
+        return fault(findings, is_missing_file);
+    };
+    check_groups(&mesh, &groups, diagnostics);
+    let Some(deck) = deck.filter(|_| !diagnostics.has_errors()) else { return fault(findings, false) };
+
+    let model = model(&deck, &mesh, diagnostics);
+    constraints::check(&deck, &mesh, diagnostics);
+    let probes = probes::resolve(&deck, &mesh, diagnostics);
+    let expectations = expectations::resolve(&deck, diagnostics);
+    let output = output_plan(&deck, diagnostics);
+    if diagnostics.has_errors() {
+        return fault(findings, false);
+    }
+    Ok(Problem {
+        parts: describe_parts(&deck, &mesh),
+        title: deck.title,
+        deck_path: deck_path.to_owned(),
+        deck_hash: deck_hash(&text, overrides),
+        mesh_path: mesh_file.value,
+        mesh_format,
+        quality: QualityReport::new(&mesh).summary(),
+        mesh,
+        model,
+        probes,
+        expectations,
+        output,
+        findings,
+    })
+}
+
+fn deck_hash(text: &str, overrides: &[String]) -> String {
+    let mut hasher = Sha256::new();
+    hasher.update(text.as_bytes());
+    for argument in overrides {
+        hasher.update(b"\0");
+        hasher.update(argument.as_bytes());
+    }
+    hex(&hasher.finalize())
+}
+
+/// The mesh in m and in good order, with the name of its format; faults are reported at the deck's mention of the file.
+fn mesh_of(file: &At<PathBuf>, scale: f64, diagnostics: &mut Diagnostics) -> Option<(String, Mesh)> {
+    const MOST_SHOWN: usize = 10;
+    let MeshFile { mesh, format, warnings } = match estar_io::read_mesh(&file.value) {
+        Ok(read) => read,
+        Err(error) => {
+            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span, "this mesh"));
+            return None;
+        }
+    };
+    for warning in warnings {
+        diagnostics.push(Diagnostic::warning(warning).at(file.span, "this mesh"));
+    }
+    let quality = QualityReport::new(&mesh);
+    for error in quality.errors().iter().take(MOST_SHOWN) {
+        diagnostics.push(Diagnostic::error(format!("the mesh: {error}")).at(file.span, "this mesh"));
+    }
+    if quality.errors().len() > MOST_SHOWN {
+        let more = format!("the mesh has {} more faults of this kind", quality.errors().len() - MOST_SHOWN);
+        diagnostics.push(Diagnostic::error(more).at(file.span, "this mesh"));
+    }
+    let mesh = match mesh.scaled(scale) {
+        Ok(mesh) => mesh,
+        Err(error) => {
+            diagnostics.push(Diagnostic::error(format!("the mesh, scaled: {error}")).at(file.span, "this mesh"));
+            return None;
+        }
+    };
+    let order = locality_order(&mesh);
+    Some((format, mesh.renumbered(&order)))
+}
+
+/// Every group that the deck mentions must be in the mesh and of a kind that serves.
+fn check_groups(mesh: &Mesh, mentions: &[GroupMention], diagnostics: &mut Diagnostics) {
+    for GroupMention { name, kinds } in mentions {
+        let fitting = || mesh.groups().iter().filter(|group| kinds.contains(&group.kind));
+        let names = || fitting().map(|group| group.name.as_str());
+        let diagnostic = match mesh.group(&name.value) {
+            Some(group) if kinds.contains(&group.kind) => continue,
+            Some(group) => {
+                let wanted = kinds.iter().map(ToString::to_string).collect::<Vec<_>>().join(" or ");
+                let message = format!("the group `{}` is a {}, but a {wanted} is needed", group.name, group.kind);
+                Diagnostic::error(message).at(name.span, format!("a {}", group.kind))
+            }
+            None => {
+                let label = match nearest(&name.value, names()) {
+                    Some(similar) => format!("did you mean \"{similar}\"?"),
+                    None => "unknown".to_owned(),
+                };
+                Diagnostic::error(format!("the mesh has no group `{}`", name.value)).at(name.span, label)
+            }
+        };
+        let help = match listed(names()) {
+            none if none.is_empty() => "the mesh has no group that would serve".to_owned(),
+            names => format!("the groups that would serve are {names}"),
+        };
+        diagnostics.push(diagnostic.help(help));
+    }
+}
+
+/// What the solver is given.
+fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
+    let nodes = |name: &str| mesh.group(name).map_or_else(Vec::new, |group| group.nodes.clone());
+    Model {
+        parts: parts(deck, mesh, diagnostics),
+        fixes: deck
+            .fix
+            .iter()
+            .map(|fix| Fix {
+                nodes: nodes(&fix.group.name.value),
+                directions: fix.directions.iter().map(|direction| direction.value).collect(),
+            })
+            .collect(),
+        prescribed: deck
+            .prescribed
+            .iter()
+            .filter_map(|entry| {
+                Some(Prescribed {
+                    nodes: nodes(&entry.group.name.value),
+                    direction: entry.direction.value,
+                    quantity: entry.motion.quantity(),
+                    curve: entry.motion.curve(entry.interpolation)?,
+                })
+            })
+            .collect(),
+        initial_velocities: initial_velocities(deck, mesh, diagnostics),
+        loads: loads(deck, mesh, diagnostics),
+        walls: walls(deck, mesh, diagnostics),
+        settings: TimeSettings {
+            end: deck.time.end.value,
+            safety_factor: deck.time.safety_factor.value,
+            bulk_viscosity: deck.time.bulk_viscosity.as_ref().map(|viscosity| BulkViscosity {
+                linear: viscosity.linear.value,
+                quadratic: viscosity.quadratic.value,
+            }),
+            energy_error_limit: deck.time.energy_error_limit.value,
+        },
+    }
+}
+
+fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
+    let materials = &deck.material.0;
+    let parts = deck.part.iter().filter_map(|part| {
+        let (_, material) = materials.iter().find(|(name, _)| *name == part.material.0.value)?;
+        let hexes = mesh.group(&part.group.name.value)?.hexes.clone();
+        Some(Part { hexes, material: material.clone(), element: part.element })
+    });
+    let parts: Vec<Part> = parts.collect();
+
+    const NOBODY: usize = usize::MAX;
+    let mut owners = vec![NOBODY; mesh.hex_count()];
+    for (index, part) in parts.iter().enumerate() {
+        let mut rivals: Vec<(usize, usize, u32)> = Vec::new();
+        for hex in &part.hexes {
+            match owners[*hex as usize] {
+                NOBODY => owners[*hex as usize] = index,
+                rival => match rivals.iter_mut().find(|(known, ..)| *known == rival) {
+                    Some((_, count, _)) => *count += 1,
+                    None => rivals.push((rival, 1, *hex)),
+                },
+            }
+        }
+        for (rival, count, hex) in rivals {
+            let label = mesh.hex_labels()[hex as usize].0;
+            let message = format!("{count} hexes are in two parts, among them element {label}");
+            let diagnostic = Diagnostic::error(message).at(deck.part[index].group.name.span, "the second part");
+            let diagnostic = diagnostic.at(deck.part[rival].group.name.span, "the first part");
+            diagnostics.push(diagnostic.help("every hex belongs to exactly one part"));
+        }
+    }
+    let orphans: Vec<usize> = (0..owners.len()).filter(|hex| owners[*hex] == NOBODY).collect();
+    if let Some(first) = orphans.first() {
+        let named = orphans.iter().take(5).map(|hex| mesh.hex_labels()[*hex].0.to_string());
+        let dots = if orphans.len() > 5 { ", ..." } else { "" };
+        let labels = named.collect::<Vec<_>>().join(", ");
+        let message = format!("{} hexes belong to no part: elements {labels}{dots}", orphans.len());
+        let is_owner = |group: &&Group| group.hexes.binary_search(&(*first as u32)).is_ok();
+        let groups = listed(mesh.groups().iter().filter(is_owner).map(|group| group.name.as_str()));
+        let help = match groups.as_str() {
+            "" => "no volume group of the mesh has them: give them one in the mesher".to_owned(),
+            groups => format!("they are in the volume group {groups}: it needs a [[part]]"),
+        };
+        let mut diagnostic = Diagnostic::error(message);
+        if let Some(part) = deck.part.first() {
+            diagnostic = diagnostic.at(part.span, "the parts begin here");
+        }
+        diagnostics.push(diagnostic.help(help));
+    }
+    parts
+}
+
+fn initial_velocities(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<InitialVelocity> {
+    let mut velocities = Vec::new();
+    for entry in &deck.initial_velocity {
+        if entry.value.is_none() && entry.angular.is_none() {
+            let diagnostic = Diagnostic::error("`initial_velocity` lacks `value` or `angular`");
+            diagnostics.push(diagnostic.at(entry.span, "no velocity here").help("such as value = [0.0, 0.0, -227.0]"));
+        }
+        let Some(group) = mesh.group(&entry.group.name.value) else { continue };
+        velocities.push(InitialVelocity {
+            nodes: group.nodes.clone(),
+            translation: entry.value.map_or([0.0; 3], |vector| vector.value),
+            spin: entry.angular.as_ref().map(|angular| Spin { rate: angular.rate.value, centre: angular.centre.value }),
+        });
+    }
+    velocities
+}
+
+fn loads(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Load> {
+    let mut loads: Vec<Load> = Vec::new();
+    let mut push = |name: String, kind: LoadKind| {
+        let namesakes =
+            loads.iter().filter(|load| load.name == name || load.name.starts_with(&format!("{name} ("))).count();
+        let name = if namesakes == 0 { name } else { format!("{name} ({})", namesakes + 1) };
+        loads.push(Load { name, kind });
+    };
+    let mut faces = |name: &At<String>| {
+        let group = mesh.group(&name.value)?;
+        mesh.outward_faces(group)
+            .map_err(|error| diagnostics.push(Diagnostic::error(error.to_string()).at(name.span, "this surface")))
+            .ok()
+    };
+    for entry in &deck.pressure {
+        let group = &entry.group.name;
+        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(entry.interpolation)) {
+            push(format!("pressure on {}", group.value), LoadKind::Pressure { faces, curve });
+        }
+    }
+    for entry in &deck.traction {
+        let group = &entry.group.name;
+        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(entry.interpolation)) {
+            let direction = entry.direction.0;
+            push(format!("traction on {}", group.value), LoadKind::Traction { faces, direction, curve });
+        }
+    }
+    for entry in &deck.gravity {
+        push("gravity".to_owned(), LoadKind::Gravity { acceleration: entry.acceleration.value });
+    }
+    loads
+}
+
+fn walls(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<RigidWall> {
+    let [low, high] = mesh.extent();
+    let size = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
+    let mut walls = Vec::new();
+    for entry in &deck.rigid_wall {
+        let wall = RigidWall { point: entry.point.value, normal: entry.normal.0, friction: entry.friction.value };
+        let height = |position: &[f64; 3]| -> f64 {
+            (0..3).map(|axis| (position[axis] - wall.point[axis]) * wall.normal[axis]).sum()
+        };
+        let behind: Vec<f64> = mesh.coordinates().iter().map(height).filter(|h| *h < -1e-9 * size).collect();
+        if !behind.is_empty() {
+            let depth = -behind.iter().copied().fold(0.0, f64::min);
+            let message = format!("{} nodes lie behind the wall at time 0, up to {depth:.3e} m deep", behind.len());
+            let diagnostic = Diagnostic::error(message).at(entry.span, "this wall");
+            diagnostics.push(diagnostic.help("`normal` points into the body's side; or move `point`"));
+        }
+        walls.push(wall);
+    }
+    walls
+}
+
+fn describe_parts(deck: &Deck, mesh: &Mesh) -> Vec<PartDescription> {
+    let describe = |part: &deck::model::PartTable| {
+        let hexes = mesh.group(&part.group.name.value).map_or(&[][..], |group| &group.hexes);
+        let volume = |hex: &u32| estar_mesh::quality::HexQuality::new(&mesh.corners(*hex as usize)).volume;
+        let material = &part.material.0.value;
+        let density = deck
+            .material
+            .0
+            .iter()
+            .find(|(name, _)| name == material)
+            .map_or(0.0, |(_, material)| material.elasticity().density());
+        PartDescription {
+            group: part.group.name.value.clone(),
+            material: material.clone(),
+            hex_count: hexes.len(),
+            mass: density * hexes.iter().map(volume).sum::<f64>(),
+        }
+    };
+    deck.part.iter().map(describe).collect()
+}

@@ -1,0 +1,194 @@
+//! `summary.json`: what a run was and what came of it.
+
+use crate::expectations::Outcome;
+use crate::failure::Failure;
+use crate::setup::Problem;
+use crate::snapshot::Snapshot;
+use estar_io::write_atomically;
+use estar_solver::Simulation;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The content of `summary.json`.
+#[derive(Debug, Serialize)]
+pub struct Summary {
+    /// Version of Estar.
+    pub version: &'static str,
+    /// Title of the deck.
+    pub title: String,
+    /// File of the deck.
+    pub deck: String,
+    /// SHA-256 of the deck's text (and of overrides, if any).
+    pub deck_hash: String,
+    /// The mesh.
+    pub mesh: MeshSummary,
+    /// "finished", "failed" or "interrupted".
+    pub status: &'static str,
+    /// Why it did not finish.
+    pub message: Option<String>,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Steps.
+    pub steps: u64,
+    /// The last time step, s.
+    pub time_step: f64,
+    /// The first time step, s.
+    pub initial_time_step: f64,
+    /// Wall time of the loop with its output, s.
+    pub wall_seconds: f64,
+    /// Hexes times steps over wall time.
+    pub element_steps_per_second: f64,
+    /// Wall time per element step, ns.
+    pub grind_time_ns: f64,
+    /// Threads.
+    pub threads: usize,
+    /// Vector instructions.
+    pub lanes: &'static str,
+    /// Frames written.
+    pub frames: usize,
+    /// Energies at the end, J.
+    pub energies: EnergySummary,
+    /// Energy error at the end, as a fraction.
+    pub energy_error: f64,
+    /// Linear momentum at the end, kg m/s.
+    pub momentum: [f64; 3],
+    /// Extremes at the end.
+    pub extremes: ExtremeSummary,
+    /// Value of every probe at the end, SI.
+    pub probes: BTreeMap<String, f64>,
+    /// What became of the expectations.
+    pub expectations: Vec<Outcome>,
+    /// Whether all were met.
+    pub expectations_met: bool,
+    /// SHA-256 of every bit of the final state.
+    pub state_hash: String,
+}
+
+/// The mesh in numbers.
+#[derive(Debug, Serialize)]
+pub struct MeshSummary {
+    /// Its file.
+    pub file: String,
+    /// The file's format.
+    pub format: String,
+    /// Nodes.
+    pub nodes: usize,
+    /// Hexes.
+    pub hexes: usize,
+    /// Groups.
+    pub groups: usize,
+    /// Mass, kg.
+    pub mass: f64,
+}
+
+/// The rows of the energy ledger, J.
+#[derive(Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct EnergySummary {
+    pub initial_kinetic_energy: f64,
+    pub kinetic_energy: f64,
+    pub internal_energy: f64,
+    pub plastic_dissipation: f64,
+    pub viscous_energy: f64,
+    pub hourglass_energy: f64,
+    pub external_work: f64,
+    /// By name of the load.
+    pub load_work: BTreeMap<String, f64>,
+    pub prescribed_work: f64,
+    pub contact_energy: f64,
+    pub mass_scaling_energy: f64,
+}
+
+/// Extremes over the elements.
+#[derive(Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct ExtremeSummary {
+    pub max_equivalent_plastic_strain: f64,
+    pub min_jacobian: f64,
+    pub controlling_element: u64,
+}
+
+impl MeshSummary {
+    /// The mesh of a problem.
+    pub fn new(problem: &Problem) -> Self {
+        Self {
+            file: problem.mesh_path.display().to_string(),
+            format: problem.mesh_format.clone(),
+            nodes: problem.mesh.node_count(),
+            hexes: problem.mesh.hex_count(),
+            groups: problem.mesh.groups().len(),
+            mass: problem.parts.iter().map(|part| part.mass).sum(),
+        }
+    }
+}
+
+impl EnergySummary {
+    /// The ledger of a simulation.
+    pub fn new(simulation: &Simulation, load_names: &[String]) -> Self {
+        let energies = simulation.energies();
+        Self {
+            initial_kinetic_energy: energies.initial_kinetic,
+            kinetic_energy: energies.kinetic,
+            internal_energy: energies.internal,
+            plastic_dissipation: energies.plastic_dissipation,
+            viscous_energy: energies.viscous,
+            hourglass_energy: 0.0,
+            external_work: energies.external_work(),
+            load_work: load_names.iter().cloned().zip(energies.load_work.iter().copied()).collect(),
+            prescribed_work: energies.constraint_work,
+            contact_energy: energies.contact,
+            mass_scaling_energy: 0.0,
+        }
+    }
+}
+
+impl ExtremeSummary {
+    /// The extremes of a simulation.
+    pub fn new(snapshot: &Snapshot<'_>) -> Self {
+        let extremes = snapshot.simulation.extremes();
+        Self {
+            max_equivalent_plastic_strain: extremes.max_equivalent_plastic_strain,
+            min_jacobian: extremes.min_jacobian,
+            controlling_element: snapshot.mesh.hex_labels()[extremes.controlling_hex as usize].0,
+        }
+    }
+}
+
+impl Summary {
+    /// Writes the file, whole or not at all.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write(&self, directory: &Path) -> Result<(), Failure> {
+        let path = directory.join("summary.json");
+        let write = || -> std::io::Result<()> {
+            let mut text = serde_json::to_string_pretty(self)?;
+            text.push('\n');
+            write_atomically(&path, text.as_bytes())
+        };
+        write().map_err(Failure::writing(&path))
+    }
+}
+
+/// SHA-256 of every bit of a state: equal hashes are equal states.
+pub fn state_hash(simulation: &Simulation) -> String {
+    let mut hasher = Sha256::new();
+    let mut buffer = Vec::with_capacity(1 << 16);
+    simulation.for_each_number(|number| {
+        buffer.extend_from_slice(&number.to_bits().to_le_bytes());
+        if buffer.len() >= 1 << 16 {
+            hasher.update(&buffer);
+            buffer.clear();
+        }
+    });
+    hasher.update(&buffer);
+    hasher.update(simulation.step().to_le_bytes());
+    hex(&hasher.finalize())
+}
+
+/// Bytes in hexadecimal digits.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,94 @@
+//! What to tell a user about a model or a run that failed, in the numbers of the user's own mesh.
+
+use crate::setup::Problem;
+use estar_solver::{ModelError, Simulation, SimulationError};
+
+/// How many of the last rows' smallest Jacobians are told.
+pub const JACOBIANS_SHOWN: usize = 6;
+
+/// A model that the solver refuses.
+pub fn of_model(error: &ModelError, problem: &Problem) -> String {
+    let hex_label = |hex: u32| problem.mesh.hex_labels()[hex as usize].0;
+    let node_label = |node: u32| problem.mesh.node_labels()[node as usize].0;
+    let message = match error {
+        ModelError::HexInTwoParts { hex, .. } => format!("element {} belongs to two parts", hex_label(*hex)),
+        ModelError::HexWithoutPart { count, first } => {
+            format!("{count} elements belong to no part, the first is {}", hex_label(*first))
+        }
+        ModelError::BadHex { hex, what, value } => {
+            format!("element {} is inverted or too distorted: its smallest {what} is {value:?}", hex_label(*hex))
+        }
+        ModelError::NodeWithoutMass { count, first } => {
+            format!("{count} nodes belong to no element, the first is {}", node_label(*first))
+        }
+        ModelError::ConflictingConstraints { node, direction, .. } => {
+            format!("node {} is held or driven in {direction:?} in two ways", node_label(*node))
+        }
+        ModelError::NodeBehindWall { count, node, depth, .. } => {
+            format!("{count} nodes begin behind a rigid wall, the deepest, node {}, by {depth:?} m", node_label(*node))
+        }
+        other => other.to_string(),
+    };
+    format!("error: {}: {message}", problem.deck_path.display())
+}
+
+/// A run that could not go on.
+pub fn of_simulation(
+    error: &SimulationError,
+    problem: &Problem,
+    simulation: &Simulation,
+    jacobians: &[(u64, f64)],
+) -> String {
+    let (what, hex, help) = match error {
+        SimulationError::ElementInverted { hex, jacobian, .. } => (
+            format!("element {} inverted (smallest Jacobian {jacobian:.4e})", label(*hex, problem)),
+            Some(*hex),
+            "a finer or better shaped mesh there, a smaller [time] safety_factor, bulk_viscosity for shocks, a slower \
+             load; or a unit that is wrong",
+        ),
+        SimulationError::NotFinite { hex, .. } => (
+            format!("a value in element {} is not finite", label(*hex, problem)),
+            Some(*hex),
+            "a smaller [time] safety_factor; check units, densities and the sizes of loads",
+        ),
+        SimulationError::EnergyError { error, limit, .. } => (
+            format!("the energy error {:+.2} % is over the limit of {:.2} %", 100.0 * error, 100.0 * limit),
+            None,
+            "a smaller [time] safety_factor or a finer mesh where it deforms most; [time] energy_error_limit sets the limit",
+        ),
+    };
+    let mut text = format!("error: {what} at step {}, t = {:.6e} s", simulation.step(), simulation.time());
+    if let Some(hex) = hex {
+        text.push_str(&format!("\n  {}", whereabouts(hex, problem, simulation)));
+    }
+    let history: Vec<String> = jacobians.iter().map(|(step, value)| format!("{value:.3} at step {step}")).collect();
+    text.push_str(&format!(
+        "\n  smallest Jacobian of all elements in the last rows of the history: {}",
+        history.join(", ")
+    ));
+    text.push_str("\n  the last frame shows the state at this step");
+    text.push_str(&format!("\nhelp: what usually helps: {help}"));
+    text
+}
+
+fn label(hex: u32, problem: &Problem) -> u64 {
+    problem.mesh.hex_labels().get(hex as usize).map_or(0, |label| label.0)
+}
+
+/// Part, nodes and first position of an element.
+fn whereabouts(hex: u32, problem: &Problem, simulation: &Simulation) -> String {
+    let Some(corners) = problem.mesh.hexes().get(hex as usize) else { return String::new() };
+    let nodes: Vec<String> =
+        corners.iter().map(|node| problem.mesh.node_labels()[*node as usize].0.to_string()).collect();
+    let centre: [f64; 3] =
+        std::array::from_fn(|axis| corners.iter().map(|node| simulation.reference()[*node as usize][axis] / 8.0).sum());
+    let mut parts = problem.parts.iter().zip(&problem.model.parts);
+    let part = parts.find(|(_, part)| part.hexes.contains(&hex)).map_or("", |(description, _)| &description.group);
+    format!(
+        "it is in part {part}, has the nodes {}, and was at x = {:.4e}, y = {:.4e}, z = {:.4e} m",
+        nodes.join(" "),
+        centre[0],
+        centre[1],
+        centre[2]
+    )
+}
