@@ -21,7 +21,7 @@
 use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
 use crate::stable_time_step::{ElasticBounds, ElementGeometry, largest_metric, stable_time_step};
 use estar_material::{Material, PointMotion};
-use estar_tensor::{Real, Rotation, Tensor, Vector3};
+use estar_tensor::{Real, Rotation, Tensor, Vector3, array};
 
 /// Corners of an element.
 pub const CORNERS: usize = 8;
@@ -154,6 +154,14 @@ fn four_values<R: Real>(a: Vector3<R>, b: Vector3<R>, c: Vector3<R>, d: Vector3<
     [low - low_slope, low + low_slope, high - high_slope, high + high_slope]
 }
 
+/// The transpose of [`four_values`].
+#[inline(always)]
+fn four_sums<R: Real>(values: &[Vector3<R>; 4]) -> [Vector3<R>; 4] {
+    let [a, b, c, d] = *values;
+    let (low, high, low_slope, high_slope) = (a + b, c + d, b - a, d - c);
+    [low + high, low_slope + high_slope, high - low, high_slope - low_slope]
+}
+
 impl<R: Real> ParentGradients<R> {
     /// Derivatives at the Gauss points of the field with `modes` times eight.
     #[inline(always)]
@@ -196,11 +204,7 @@ impl<R: Real> ParentGradients<R> {
     /// The transpose of [`ParentGradients::new`]: eight times what the modes do work on.
     #[inline(always)]
     fn transposed(&self) -> Modes<R> {
-        let sums = self.along.map(|[a, b, c, d]| {
-            let (low, high, low_slope, high_slope) = (a + b, c + d, b - a, d - c);
-            [low + high, low_slope + high_slope, high - low, high_slope - low_slope]
-        });
-        let [xi, eta, zeta] = sums;
+        let [xi, eta, zeta] = [four_sums(&self.along[0]), four_sums(&self.along[1]), four_sums(&self.along[2])];
         let gauss = R::splat(GAUSS);
         [
             xi[0],
@@ -242,7 +246,7 @@ impl<R: Real> Centre<R> {
         let cofactor_half = half.cofactor();
         let jacobian_half = half.columns[0].dot(cofactor_half.columns[0]);
         // tr L = (∂v/∂ξ) : cof(∂x/∂ξ) / det(∂x/∂ξ)
-        let flux: [R; 3] = std::array::from_fn(|i| velocity.columns[i].dot(cofactor_half.columns[i]));
+        let flux: [R; 3] = array(|i| velocity.columns[i].dot(cofactor_half.columns[i]));
         let cofactor = position.cofactor();
         let parent_jacobian = position.columns[0].dot(cofactor.columns[0]);
         Self {
@@ -352,7 +356,10 @@ pub fn advance<R: Real, M: Material>(
     });
     history.stable_time_step = undamped;
     HexUpdate {
-        internal_force: corner_values(&flux.transposed()).map(|force| force * R::splat(1.0 / 8.0)),
+        internal_force: {
+            let eightfold = corner_values(&flux.transposed());
+            array(|corner| eightfold[corner] * R::splat(1.0 / 8.0))
+        },
         internal_energy,
         plastic_dissipation,
         viscous_energy: -(viscous_pressure * centre.volumetric_rate * volume_half * step.time_step),

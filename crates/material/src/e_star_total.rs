@@ -7,9 +7,12 @@
 //! - flow         D̄_p = γ̇ n with the normal n in the intermediate configuration, tr D̄_p = 0
 //!
 //! Update by the exponential map, b_e = b_trial exp(−2 Δγ n), n = dev b_trial/‖dev b_trial‖, in several stages of the
-//! kind where the trial is far outside the yield surface. All of these tensors have
-//! the principal axes of b_trial and none is ever computed: by Cayley and Hamilton n³ = ½ n + det(n) I, so every one is
-//! a combination of I, n and n² (see [`Combination`]).
+//! kind where the trial is far outside the yield surface. All of these tensors have the principal axes of b_trial and
+//! none is ever computed: by Cayley and Hamilton n³ = ½ n + det(n) I, so every one is a combination of I, n and n² (see
+//! [`Combination`]).
+//!
+//! Stress and history are exactly objective, however far a step turns. The stress power takes T_n as it stood at t_n,
+//! so its error is of second order in the rotation of the step.
 //!
 //! Parameters: elasticity, isotropic hardening. History: C_p⁻¹, ε̄ᵖ, and T for the stress power of the next step.
 
@@ -18,7 +21,7 @@ use crate::elastic::stress_power;
 use crate::material::point_state;
 use crate::return_mapping::{Equivalent, plastic_increment};
 use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, PointOutput, StepKinematics};
-use estar_tensor::{Mask, Real, SymmetricTensor, Tensor};
+use estar_tensor::{Mask, Real, SymmetricTensor, Tensor, array};
 
 /// The E* theory in total form.
 #[derive(Clone, Debug)]
@@ -196,7 +199,7 @@ impl Material for EStarTotal {
             state.inverse_plastic_metric = SymmetricTensor::select(yields, &plastic, &old.inverse_plastic_metric);
             state.stress = SymmetricTensor::select(yields, &self.stress(&returned.elastic_metric), &trial_stress);
             state.equivalent_plastic_strain = strain_old + returned.plastic_increment;
-            dissipation = R::select(yields, stress_power(&old.stress, &state.stress, &returned.flow), zero).max(zero);
+            dissipation = stress_power(&old.stress, &state.stress, &returned.flow).max(zero);
         }
         MaterialUpdate {
             stress: state.stress,
@@ -236,8 +239,9 @@ impl<R: Real> Combination<R> {
         let mut sum = term;
         for order in 1..=11_u32 {
             let scale = quarter * f64::from(order).recip();
-            term = Self(term.times_normal(determinant).0.map(|coefficient| coefficient * scale));
-            sum = Self(std::array::from_fn(|i| sum.0[i] + term.0[i]));
+            let next = term.times_normal(determinant);
+            term = Self(array(|i| next.0[i] * scale));
+            sum = Self(array(|i| sum.0[i] + term.0[i]));
         }
         let squared = sum.times(&sum, determinant);
         squared.times(&squared, determinant)

@@ -1,6 +1,6 @@
 //! What a material is told of the motion over one step.
 
-use estar_tensor::{Real, Rotation, Tensor};
+use estar_tensor::{Real, Rotation, Tensor, array};
 
 /// Motion of one quadrature point from t_n to t_{n+1}, with what the element does to it (F-bar) already applied.
 #[derive(Clone, Copy, Debug)]
@@ -43,9 +43,8 @@ impl<R: Real> PointMotion<R> {
     ) -> Self {
         // F_{n+½} = F_{n+1} − ½ Δt Ḟ
         let half_step = R::splat(-0.5 * time_step);
-        let gradient_half = Tensor {
-            columns: std::array::from_fn(|j| rate.columns[j].mul_add(half_step, deformation_gradient.columns[j])),
-        };
+        let gradient_half =
+            Tensor { columns: array(|j| rate.columns[j].mul_add(half_step, deformation_gradient.columns[j])) };
         let cofactor_half = gradient_half.cofactor();
         let jacobian_half = gradient_half.columns[0].dot(cofactor_half.columns[0]);
         // L = Ḟ F_{n+½}⁻¹

@@ -3,7 +3,7 @@
 use crate::model::Part;
 use estar_element::hex8::{self, CORNERS, CornerVectors, HexHistory, HexMotion, HexStep, POINTS};
 use estar_material::{Material, MaterialModel, PointOutput, PointState};
-use estar_tensor::{Kernel, LaneLevel, Mask, Real, Rotation, Vector3, WithLanes, dispatch};
+use estar_tensor::{Kernel, LaneLevel, Mask, Real, Rotation, Vector3, WithLanes, array, dispatch};
 use rayon::prelude::*;
 
 /// Elements that one thread takes at a time; a multiple of every number of lanes. Sums are formed within such a chunk
@@ -270,7 +270,7 @@ impl<M: Material, R: Real> Kernel for ChunkKernel<'_, M, R> {
             let displacement = gathered(self.motion.displacement, connectivity);
             let motion = HexMotion {
                 reference,
-                position: std::array::from_fn(|corner| reference[corner] + displacement[corner]),
+                position: array(|corner| reference[corner] + displacement[corner]),
                 velocity: gathered(self.motion.velocity, connectivity),
             };
             let update = hex8::advance(self.material, history, &motion, corner_mass, self.step);
@@ -309,9 +309,11 @@ impl<M: Material, R: Real> Kernel for ChunkKernel<'_, M, R> {
 /// The vectors of a field at the corners of the elements of a pack.
 #[inline(always)]
 fn gathered<R: Real>(field: &[[f64; 3]], connectivity: &[[u32; CORNERS]]) -> CornerVectors<R> {
-    std::array::from_fn(|corner| {
-        Vector3(std::array::from_fn(|component| {
-            R::from_lanes(|lane| field[connectivity[lane][corner] as usize][component])
-        }))
-    })
+    let mut corners = [Vector3::zero(); CORNERS];
+    for (corner, vector) in corners.iter_mut().enumerate() {
+        for (component, value) in vector.0.iter_mut().enumerate() {
+            *value = R::from_lanes(|lane| field[connectivity[lane][corner] as usize][component]);
+        }
+    }
+    corners
 }

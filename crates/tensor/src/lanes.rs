@@ -84,6 +84,7 @@ mod x86 {
     // these types from `dispatch` alone, after it has asked the processor for the instructions.
     #![allow(clippy::undocumented_unsafe_blocks)]
 
+    use crate::array::array;
     use crate::elementary;
     use crate::real::{Kernel, Mask, Real};
     use std::arch::x86_64::*;
@@ -176,7 +177,7 @@ mod x86 {
 
         #[inline(always)]
         fn from_lanes(value: impl FnMut(usize) -> f64) -> Self {
-            let lanes: [f64; 4] = std::array::from_fn(value);
+            let lanes: [f64; 4] = array(value);
             Self(unsafe { _mm256_loadu_pd(lanes.as_ptr()) })
         }
 
@@ -310,7 +311,7 @@ mod x86 {
 
         #[inline(always)]
         fn from_lanes(value: impl FnMut(usize) -> f64) -> Self {
-            let lanes: [f64; 8] = std::array::from_fn(value);
+            let lanes: [f64; 8] = array(value);
             Self(unsafe { _mm512_loadu_pd(lanes.as_ptr()) })
         }
 

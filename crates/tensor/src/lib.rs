@@ -4,6 +4,7 @@
 //! lanes that [`dispatch`] chooses at run time it runs the same point of several elements in the same instructions, and
 //! every lane ends in the bits that the `f64` code gives.
 
+mod array;
 mod elementary;
 mod lanes;
 mod real;
@@ -12,6 +13,7 @@ mod symmetric;
 mod tensor;
 mod vector;
 
+pub use array::array;
 pub use lanes::{LaneLevel, WithLanes, dispatch};
 pub use real::{Kernel, Mask, Real};
 pub use rotation::{Rotation, polar_rotation};

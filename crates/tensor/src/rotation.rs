@@ -1,5 +1,6 @@
 //! Rotations as unit quaternions, and the rotation of the polar decomposition F = R U.
 
+use crate::array::array;
 use crate::real::{Mask, Real};
 use crate::tensor::Tensor;
 use crate::vector::Vector3;
@@ -60,12 +61,12 @@ impl<R: Real> Rotation<R> {
     fn normalised(self) -> Self {
         let [w, x, y, z] = self.0;
         let scale = w.mul_add(w, x.mul_add(x, y.mul_add(y, z * z))).sqrt().recip();
-        Self(self.0.map(|component| component * scale))
+        Self(array(|i| self.0[i] * scale))
     }
 
     #[inline(always)]
     fn select(mask: R::Mask, chosen: Self, otherwise: Self) -> Self {
-        Self(std::array::from_fn(|i| R::select(mask, chosen.0[i], otherwise.0[i])))
+        Self(array(|i| R::select(mask, chosen.0[i], otherwise.0[i])))
     }
 
     /// R of the polar decomposition F = R U of a `deformation_gradient` with det F > 0, starting from a `guess`.
@@ -117,7 +118,7 @@ impl<R: Real> Rotation<R> {
         for (i, column) in columns.iter().enumerate().skip(1) {
             let larger = column[i].gt(largest);
             largest = R::select(larger, column[i], largest);
-            best = std::array::from_fn(|k| R::select(larger, column[k], best[k]));
+            best = array(|k| R::select(larger, column[k], best[k]));
         }
         Self(best).normalised()
     }

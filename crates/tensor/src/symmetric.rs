@@ -1,5 +1,6 @@
 //! Symmetric second-order tensors and their principal values.
 
+use crate::array::array;
 use crate::real::{Mask, Real};
 use crate::tensor::Tensor;
 use crate::vector::Vector3;
@@ -69,13 +70,13 @@ impl<R: Real> SymmetricTensor<R> {
     /// `self × factor + addend`, a fused operation a component.
     #[inline(always)]
     pub fn mul_add(&self, factor: R, addend: &Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i].mul_add(factor, addend.0[i])))
+        Self(array(|i| self.0[i].mul_add(factor, addend.0[i])))
     }
 
     /// `chosen` where the mask is set, else `otherwise`.
     #[inline(always)]
     pub fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
-        Self(std::array::from_fn(|i| R::select(mask, chosen.0[i], otherwise.0[i])))
+        Self(array(|i| R::select(mask, chosen.0[i], otherwise.0[i])))
     }
 
     /// The tensor where the mask is set, else zero.
@@ -204,7 +205,7 @@ impl<R: Real> Add for SymmetricTensor<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] + other.0[i]))
+        Self(array(|i| self.0[i] + other.0[i]))
     }
 }
 
@@ -212,7 +213,7 @@ impl<R: Real> Sub for SymmetricTensor<R> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
+        Self(array(|i| self.0[i] - other.0[i]))
     }
 }
 
@@ -220,7 +221,7 @@ impl<R: Real> Mul<R> for SymmetricTensor<R> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: R) -> Self {
-        Self(self.0.map(|component| component * factor))
+        Self(array(|i| self.0[i] * factor))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Second-order tensors.
 
+use crate::array::array;
 use crate::real::Real;
 use crate::symmetric::SymmetricTensor;
 use crate::vector::Vector3;
@@ -16,14 +17,14 @@ impl<R: Real> Tensor<R> {
     /// The tensor with the given rows of components.
     #[inline(always)]
     pub fn from_rows(rows: [[R; 3]; 3]) -> Self {
-        Self { columns: std::array::from_fn(|j| Vector3(std::array::from_fn(|i| rows[i][j]))) }
+        Self { columns: array(|j| Vector3(array(|i| rows[i][j]))) }
     }
 
     /// The identity I.
     #[inline(always)]
     pub fn identity() -> Self {
         let component = |i, j| R::splat(if i == j { 1.0 } else { 0.0 });
-        Self { columns: std::array::from_fn(|j| Vector3(std::array::from_fn(|i| component(i, j)))) }
+        Self { columns: array(|j| Vector3(array(|i| component(i, j)))) }
     }
 
     /// The zero tensor.
@@ -41,7 +42,7 @@ impl<R: Real> Tensor<R> {
     /// Aᵀ.
     #[inline(always)]
     pub fn transpose(&self) -> Self {
-        Self { columns: std::array::from_fn(|j| Vector3(std::array::from_fn(|i| self.at(j, i)))) }
+        Self { columns: array(|j| Vector3(array(|i| self.at(j, i)))) }
     }
 
     /// tr A.
@@ -82,13 +83,13 @@ impl<R: Real> Tensor<R> {
     /// A B.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> Self {
-        Self { columns: other.columns.map(|column| self.apply(column)) }
+        Self { columns: array(|j| self.apply(other.columns[j])) }
     }
 
     /// Aᵀ B.
     #[inline(always)]
     pub fn transpose_dot(&self, other: &Self) -> Self {
-        Self { columns: other.columns.map(|column| Vector3(self.columns.map(|own| own.dot(column)))) }
+        Self { columns: array(|j| Vector3(array(|i| self.columns[i].dot(other.columns[j])))) }
     }
 
     /// sym A = ½ (A + Aᵀ).
@@ -120,7 +121,7 @@ impl<R: Real> Add for Tensor<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self { columns: std::array::from_fn(|j| self.columns[j] + other.columns[j]) }
+        Self { columns: array(|j| self.columns[j] + other.columns[j]) }
     }
 }
 
@@ -128,7 +129,7 @@ impl<R: Real> Sub for Tensor<R> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self { columns: std::array::from_fn(|j| self.columns[j] - other.columns[j]) }
+        Self { columns: array(|j| self.columns[j] - other.columns[j]) }
     }
 }
 
@@ -136,7 +137,7 @@ impl<R: Real> Mul<R> for Tensor<R> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: R) -> Self {
-        Self { columns: self.columns.map(|column| column * factor) }
+        Self { columns: array(|j| self.columns[j] * factor) }
     }
 }
 

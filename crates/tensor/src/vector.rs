@@ -1,5 +1,6 @@
 //! Vectors of three components.
 
+use crate::array::array;
 use crate::real::Real;
 use std::ops::{Add, Mul, Sub};
 
@@ -31,7 +32,7 @@ impl<R: Real> Vector3<R> {
     /// `self × factor + addend`, a fused operation a component.
     #[inline(always)]
     pub fn mul_add(self, factor: R, addend: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i].mul_add(factor, addend.0[i])))
+        Self(array(|i| self.0[i].mul_add(factor, addend.0[i])))
     }
 }
 
@@ -39,7 +40,7 @@ impl<R: Real> Add for Vector3<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] + other.0[i]))
+        Self(array(|i| self.0[i] + other.0[i]))
     }
 }
 
@@ -47,7 +48,7 @@ impl<R: Real> Sub for Vector3<R> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
+        Self(array(|i| self.0[i] - other.0[i]))
     }
 }
 
@@ -55,6 +56,6 @@ impl<R: Real> Mul<R> for Vector3<R> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: R) -> Self {
-        Self(self.0.map(|component| component * factor))
+        Self(array(|i| self.0[i] * factor))
     }
 }
