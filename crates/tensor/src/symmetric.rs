@@ -1,6 +1,5 @@
 //! Symmetric second-order tensors and their principal values.
 
-use crate::array::array;
 use crate::real::{Mask, Real};
 use crate::tensor::Tensor;
 use crate::vector::Vector3;
@@ -70,13 +69,17 @@ impl<R: Real> SymmetricTensor<R> {
     /// `self × factor + addend`, a fused operation a component.
     #[inline(always)]
     pub fn mul_add(&self, factor: R, addend: &Self) -> Self {
-        Self(array(|i| self.0[i].mul_add(factor, addend.0[i])))
+        let (a, b) = (self.0, addend.0);
+        let component = |i: usize| a[i].mul_add(factor, b[i]);
+        Self([component(0), component(1), component(2), component(3), component(4), component(5)])
     }
 
     /// `chosen` where the mask is set, else `otherwise`.
     #[inline(always)]
     pub fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
-        Self(array(|i| R::select(mask, chosen.0[i], otherwise.0[i])))
+        let (a, b) = (chosen.0, otherwise.0);
+        let component = |i: usize| R::select(mask, a[i], b[i]);
+        Self([component(0), component(1), component(2), component(3), component(4), component(5)])
     }
 
     /// The tensor where the mask is set, else zero.
@@ -205,7 +208,8 @@ impl<R: Real> Add for SymmetricTensor<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(array(|i| self.0[i] + other.0[i]))
+        let (a, b) = (self.0, other.0);
+        Self([a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]])
     }
 }
 
@@ -213,7 +217,8 @@ impl<R: Real> Sub for SymmetricTensor<R> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(array(|i| self.0[i] - other.0[i]))
+        let (a, b) = (self.0, other.0);
+        Self([a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4], a[5] - b[5]])
     }
 }
 
@@ -221,7 +226,8 @@ impl<R: Real> Mul<R> for SymmetricTensor<R> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: R) -> Self {
-        Self(array(|i| self.0[i] * factor))
+        let [xx, yy, zz, xy, yz, xz] = self.0;
+        Self([xx * factor, yy * factor, zz * factor, xy * factor, yz * factor, xz * factor])
     }
 }
 

@@ -1,6 +1,5 @@
 //! Second-order tensors.
 
-use crate::array::array;
 use crate::real::Real;
 use crate::symmetric::SymmetricTensor;
 use crate::vector::Vector3;
@@ -17,14 +16,14 @@ impl<R: Real> Tensor<R> {
     /// The tensor with the given rows of components.
     #[inline(always)]
     pub fn from_rows(rows: [[R; 3]; 3]) -> Self {
-        Self { columns: array(|j| Vector3(array(|i| rows[i][j]))) }
+        let [a, b, c] = rows;
+        Self { columns: [Vector3([a[0], b[0], c[0]]), Vector3([a[1], b[1], c[1]]), Vector3([a[2], b[2], c[2]])] }
     }
 
     /// The identity I.
     #[inline(always)]
     pub fn identity() -> Self {
-        let component = |i, j| R::splat(if i == j { 1.0 } else { 0.0 });
-        Self { columns: array(|j| Vector3(array(|i| component(i, j)))) }
+        Self::zero().plus_spherical(R::splat(1.0))
     }
 
     /// The zero tensor.
@@ -42,7 +41,8 @@ impl<R: Real> Tensor<R> {
     /// Aᵀ.
     #[inline(always)]
     pub fn transpose(&self) -> Self {
-        Self { columns: array(|j| Vector3(array(|i| self.at(j, i)))) }
+        let [a, b, c] = self.columns;
+        Self::from_rows([a.0, b.0, c.0])
     }
 
     /// tr A.
@@ -83,13 +83,17 @@ impl<R: Real> Tensor<R> {
     /// A B.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> Self {
-        Self { columns: array(|j| self.apply(other.columns[j])) }
+        let [a, b, c] = other.columns;
+        Self { columns: [self.apply(a), self.apply(b), self.apply(c)] }
     }
 
     /// Aᵀ B.
     #[inline(always)]
     pub fn transpose_dot(&self, other: &Self) -> Self {
-        Self { columns: array(|j| Vector3(array(|i| self.columns[i].dot(other.columns[j])))) }
+        let [a, b, c] = self.columns;
+        let column = |x: Vector3<R>| Vector3([a.dot(x), b.dot(x), c.dot(x)]);
+        let [x, y, z] = other.columns;
+        Self { columns: [column(x), column(y), column(z)] }
     }
 
     /// sym A = ½ (A + Aᵀ).
@@ -102,11 +106,11 @@ impl<R: Real> Tensor<R> {
     /// `self + amount I`.
     #[inline(always)]
     pub fn plus_spherical(&self, amount: R) -> Self {
-        let mut sum = *self;
-        for i in 0..3 {
-            sum.columns[i].0[i] += amount;
-        }
-        sum
+        let [mut a, mut b, mut c] = self.columns;
+        a.0[0] += amount;
+        b.0[1] += amount;
+        c.0[2] += amount;
+        Self { columns: [a, b, c] }
     }
 
     /// Frobenius norm squared A : A.
@@ -121,7 +125,8 @@ impl<R: Real> Add for Tensor<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self { columns: array(|j| self.columns[j] + other.columns[j]) }
+        let ([a, b, c], [x, y, z]) = (self.columns, other.columns);
+        Self { columns: [a + x, b + y, c + z] }
     }
 }
 
@@ -129,7 +134,8 @@ impl<R: Real> Sub for Tensor<R> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self { columns: array(|j| self.columns[j] - other.columns[j]) }
+        let ([a, b, c], [x, y, z]) = (self.columns, other.columns);
+        Self { columns: [a - x, b - y, c - z] }
     }
 }
 
@@ -137,7 +143,8 @@ impl<R: Real> Mul<R> for Tensor<R> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: R) -> Self {
-        Self { columns: array(|j| self.columns[j] * factor) }
+        let [a, b, c] = self.columns;
+        Self { columns: [a * factor, b * factor, c * factor] }
     }
 }
 

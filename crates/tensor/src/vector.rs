@@ -1,6 +1,5 @@
 //! Vectors of three components.
 
-use crate::array::array;
 use crate::real::Real;
 use std::ops::{Add, Mul, Sub};
 
@@ -32,7 +31,8 @@ impl<R: Real> Vector3<R> {
     /// `self × factor + addend`, a fused operation a component.
     #[inline(always)]
     pub fn mul_add(self, factor: R, addend: Self) -> Self {
-        Self(array(|i| self.0[i].mul_add(factor, addend.0[i])))
+        let ([a, b, c], [x, y, z]) = (self.0, addend.0);
+        Self([a.mul_add(factor, x), b.mul_add(factor, y), c.mul_add(factor, z)])
     }
 }
 
@@ -40,7 +40,8 @@ impl<R: Real> Add for Vector3<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(array(|i| self.0[i] + other.0[i]))
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        Self([a + x, b + y, c + z])
     }
 }
 
@@ -48,7 +49,8 @@ impl<R: Real> Sub for Vector3<R> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(array(|i| self.0[i] - other.0[i]))
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        Self([a - x, b - y, c - z])
     }
 }
 
@@ -56,6 +58,7 @@ impl<R: Real> Mul<R> for Vector3<R> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: R) -> Self {
-        Self(array(|i| self.0[i] * factor))
+        let [a, b, c] = self.0;
+        Self([a * factor, b * factor, c * factor])
     }
 }
