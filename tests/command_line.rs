@@ -1,1 +1,500 @@
-//! Cli.
+//! The program as a user meets it: what the commands write, say and return.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// A directory with a box mesh of 2 × 2 × 2 hexes, 1 m long, and decks.
+struct Workshop {
+    directory: TempDir,
+}
+
+const DECK: &str = r#"
+title = "A box flies"
+
+[mesh]
+file = "box.msh"
+
+[material.rubber]
+theory = "elastic"
+density = 1000.0
+young_modulus = "100 MPa"
+poisson_ratio = 0.3
+
+[[part]]
+group = "box"
+material = "rubber"
+
+[[initial_velocity]]
+group = "box"
+value = [1.0, 0.0, 0.0]
+
+[time]
+end = "20 ms"
+
+[output]
+frames = 4
+history_steps = 2
+"#;
+
+impl Workshop {
+    fn new() -> Self {
+        let workshop = Self { directory: tempfile::tempdir().unwrap() };
+        let made = workshop.estar(&["mesh", "box", "--output", "box.msh", "--cells", "2", "2", "2"]);
+        assert_eq!(made.code, 0, "{}", made.errors);
+        workshop
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.path(name), text).unwrap();
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    /// Runs the program in the directory.
+    fn estar(&self, arguments: &[&str]) -> Said {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_estar"));
+        command.args(arguments).current_dir(self.directory.path());
+        Said::of(&command.output().unwrap())
+    }
+
+    /// Runs the deck with an addition.
+    fn run(&self, addition: &str, arguments: &[&str]) -> Said {
+        self.run_deck(&format!("{DECK}{addition}"), arguments)
+    }
+
+    fn run_deck(&self, deck: &str, arguments: &[&str]) -> Said {
+        self.write("deck.toml", deck);
+        self.estar(&[&["run", "deck.toml", "--force"], arguments].concat())
+    }
+
+    fn summary(&self) -> serde_json::Value {
+        serde_json::from_str(&self.read("deck/summary.json")).unwrap()
+    }
+}
+
+struct Said {
+    code: i32,
+    text: String,
+    errors: String,
+}
+
+impl Said {
+    fn of(output: &Output) -> Self {
+        Self {
+            code: output.status.code().unwrap_or(-1),
+            text: String::from_utf8_lossy(&output.stdout).into_owned(),
+            errors: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+
+    /// Asserts the exit status and parts of the error messages.
+    #[track_caller]
+    fn assert(&self, code: i32, parts: &[&str]) {
+        assert_eq!(self.code, code, "{}\n{}", self.text, self.errors);
+        for part in parts {
+            assert!(self.errors.contains(part), "no {part:?} in\n{}", self.errors);
+        }
+        assert!(!self.errors.contains("panicked"), "{}", self.errors);
+    }
+}
+
+#[test]
+fn a_run_leaves_all_its_files() {
+    let workshop = Workshop::new();
+    let said = workshop
+        .run("[[probe]]\nname = \"place\"\nkind = \"node\"\nlabel = 1\nfield = \"position\"\ncomponent = \"x\"\n", &[]);
+    said.assert(0, &[]);
+    assert!(said.text.contains("A box flies") && said.text.contains("8 hexes") && said.text.contains("finished"));
+
+    let history = workshop.read("deck/history.csv");
+    let mut lines = history.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "time,step,time_step,kinetic_energy,internal_energy,plastic_dissipation,viscous_energy,hourglass_energy,\
+         external_work,contact_energy,mass_scaling_energy,energy_error,momentum_x,momentum_y,momentum_z,\
+         max_equivalent_plastic_strain,min_jacobian,controlling_element,place"
+    );
+    let rows: Vec<Vec<f64>> = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    assert_eq!((rows[0][0], rows[0][1]), (0.0, 0.0));
+    assert!((rows[0][3] - 500.0).abs() < 1e-9 && (rows[0][12] - 1000.0).abs() < 1e-9, "{:?}", rows[0]);
+    assert!(rows.windows(2).all(|pair| pair[0][1] < pair[1][1]));
+    let last = rows.last().unwrap();
+    assert!((last[0] - 0.02).abs() < 1e-15 && (last[18] - 0.02).abs() < 1e-12, "{last:?}");
+
+    let series = workshop.read("deck/results.pvd");
+    assert_eq!(series.matches("<DataSet ").count(), 5);
+    assert!(series.contains("timestep=\"0.0\"") && series.contains("timestep=\"0.02\""), "{series}");
+    assert!((0..5).all(|number| workshop.path(&format!("deck/fields/frame_{number:05}.vtu")).is_file()));
+    let frame = fs::read(workshop.path("deck/fields/frame_00004.vtu")).unwrap();
+    let frame = String::from_utf8_lossy(&frame);
+    for name in [
+        "displacement",
+        "velocity",
+        "cauchy_stress",
+        "von_mises_stress",
+        "pressure",
+        "volume_ratio",
+        "part",
+        "element_id",
+    ] {
+        assert!(frame.contains(&format!("Name=\"{name}\"")), "{name}");
+    }
+
+    let summary = workshop.summary();
+    assert_eq!(summary["status"], "finished");
+    assert_eq!(summary["mesh"]["hexes"], 8);
+    assert_eq!(summary["state_hash"].as_str().unwrap().len(), 64);
+    assert!((summary["energies"]["kinetic_energy"].as_f64().unwrap() - 500.0).abs() < 1e-9);
+    assert!((summary["probes"]["place"].as_f64().unwrap() - 0.02).abs() < 1e-12);
+    for line in workshop.read("deck/run.jsonl").lines() {
+        let record: serde_json::Value = serde_json::from_str(line).unwrap();
+        assert!(record["time"].is_number() && record["step"].is_number() && record["energy_error"].is_number());
+    }
+    assert!(workshop.read("deck/estar.log").contains("A box flies"));
+}
+
+#[test]
+fn results_are_overwritten_only_by_force() {
+    let workshop = Workshop::new();
+    workshop.write("deck.toml", DECK);
+    workshop.estar(&["run", "deck.toml", "--quiet"]).assert(0, &[]);
+    workshop.write("deck/notes.txt", "mine");
+    workshop.estar(&["run", "deck.toml"]).assert(2, &["holds results already", "--force"]);
+    let said = workshop.estar(&["run", "deck.toml", "--force", "--quiet", "--set", "output.frames=2"]);
+    said.assert(0, &[]);
+    assert_eq!(said.text, "");
+    assert_eq!(workshop.read("deck/notes.txt"), "mine");
+    assert!(!workshop.path("deck/fields/frame_00003.vtu").exists());
+}
+
+#[test]
+fn bits_depend_neither_on_threads_nor_on_lanes_nor_on_output() {
+    let workshop = Workshop::new();
+    let spin = "[[initial_velocity]]\ngroup = \"x_max\"\nangular = { rate = [0.0, 20.0, 3.0] }\n";
+    let mut hashes = Vec::new();
+    for arguments in [
+        &["--threads", "1"][..],
+        &["--threads", "3"],
+        &["--lanes", "portable"],
+        &["--set", "output.frames=1", "--set", "output.history_steps=7"],
+    ] {
+        workshop.run(spin, arguments).assert(0, &[]);
+        hashes.push(workshop.summary()["state_hash"].as_str().unwrap().to_owned());
+    }
+    assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
+    workshop.run("", &[]).assert(0, &[]);
+    assert_ne!(workshop.summary()["state_hash"], hashes[0].as_str());
+}
+
+#[test]
+fn every_probe_sees_the_free_flight() {
+    let probe = |name: &str, keys: &str, value: &str| {
+        format!(
+            "[[probe]]\nname = \"{name}\"\n{keys}\n[[expect]]\nprobe = \"{name}\"\nvalue = {value}\ntolerance = 1e-9\n"
+        )
+    };
+    let node = "field = \"displacement\"\ncomponent = \"x\"";
+    let hex = "field = \"cauchy_stress\"\ncomponent = \"xx\"";
+    let probes = [
+        probe("extent", "kind = \"extent\"\ngroup = \"box\"\naxis = \"x\"", "1.0"),
+        probe(
+            "radius",
+            "kind = \"max-radius\"\ngroup = \"x_min\"\naxis = \"x\"\ncentre = [0, 0.5, \"500 mm\"]",
+            "0.7071067811865476",
+        ),
+        probe("reaction", "kind = \"reaction\"\ngroup = \"x_min\"\ndirection = \"x\"", "\"0 N\""),
+        probe("node", &format!("kind = \"node\"\nlabel = 5\n{node}"), "\"20 mm\""),
+        probe("element", &format!("kind = \"element\"\nlabel = 3\n{hex}"), "0.0"),
+        probe("nodes", &format!("kind = \"group-average\"\ngroup = \"y_max\"\n{node}"), "0.02"),
+        probe("hexes", "kind = \"group-average\"\ngroup = \"box\"\nfield = \"volume_ratio\"", "1.0"),
+        probe("fastest", "kind = \"maximum\"\ngroup = \"box\"\nfield = \"velocity\"\ncomponent = \"magnitude\"", "1.0"),
+        probe("strain", "kind = \"maximum\"\ngroup = \"box\"\nfield = \"equivalent_plastic_strain\"", "0"),
+    ];
+    let workshop = Workshop::new();
+    workshop.run(&probes.concat(), &[]).assert(0, &[]);
+    assert_eq!(workshop.summary()["expectations"].as_array().unwrap().len(), 9);
+    assert_eq!(workshop.summary()["expectations_met"], true);
+}
+
+#[test]
+fn wrong_probes_are_told_all_at_once() {
+    let workshop = Workshop::new();
+    let probe = |name: &str, keys: &str| format!("[[probe]]\nname = \"{name}\"\n{keys}\n");
+    let probes = [
+        probe("a", "kind = \"node\"\nlabel = 999\nfield = \"velocity\"\ncomponent = \"x\""),
+        probe("b", "kind = \"node\"\ngroup = \"x_min\"\nfield = \"velocity\"\ncomponent = \"x\""),
+        probe("c", "kind = \"element\"\nlabel = 1\nfield = \"velocity\"\ncomponent = \"x\""),
+        probe("d", "kind = \"maximum\"\ngroup = \"x_min\"\nfield = \"pressure\""),
+        probe("e", "kind = \"maximum\"\ngroup = \"box\"\nfield = \"velocity\""),
+        probe("f", "kind = \"maximum\"\ngroup = \"box\"\nfield = \"pressure\"\ncomponent = \"x\""),
+        probe("g", "kind = \"element\"\nlabel = 1\nfield = \"cauchy_stress\"\ncomponent = \"x\""),
+        probe("time", "kind = \"extent\"\ngroup = \"box\"\naxis = \"x\""),
+        "[[expect]]\nprobe = \"time\"\nvalue = \"3 N\"\ntolerance = \"1 %\"\nat = \"1 s\"\n".to_owned(),
+    ];
+    workshop.run(&probes.concat(), &[]).assert(
+        2,
+        &[
+            "the mesh has no node with the number 999",
+            "the group `x_min` has 9 nodes",
+            "does not live on an element",
+            "is a surface, but the field lives on hexes",
+            "`component` must say which",
+            "this field has no components",
+            "this field has no component `x`",
+            "has the name of a column",
+            "`expect.value` is a force, but the probe `time` gives a length",
+            "lies after the end",
+        ],
+    );
+}
+
+#[test]
+fn a_missed_expectation_ends_with_status_5_and_a_table() {
+    let workshop = Workshop::new();
+    let probe = "[[probe]]\nname = \"x\"\nkind = \"node\"\nlabel = 1\nfield = \"position\"\ncomponent = \"x\"\n";
+    let expect = "[[expect]]\nprobe = \"x\"\nat = \"10 ms\"\nvalue = \"30 mm\"\ntolerance = \"10 %\"\n";
+    let said = workshop.run(&format!("{probe}{expect}"), &[]);
+    said.assert(5, &["1 of 1 expectations missed"]);
+    assert!(said.text.contains("MISSED") && said.text.contains("3.000000e-2"), "{}", said.text);
+    let outcome = &workshop.summary()["expectations"][0];
+    let (time, found) = (outcome["time"].as_f64().unwrap(), outcome["found"].as_f64().unwrap());
+    // the first step at or after the time counts
+    assert!(time >= 0.01 && time < 0.02 && (found - time).abs() < 1e-12);
+}
+
+#[test]
+fn faults_of_deck_and_mesh_are_told_at_once() {
+    let workshop = Workshop::new();
+    let deck = DECK.replace("group = \"box\"\nmaterial", "group = \"bax\"\nmaterial").replace("\"20 ms\"", "\"20 mm\"");
+    workshop.run_deck(&deck, &[]).assert(
+        2,
+        &[
+            "the mesh has no group `bax`",
+            "did you mean \"box\"?",
+            "must be a time, not a length",
+            "deck.toml:14:9",
+            "2 errors",
+        ],
+    );
+    let wrong_kind = DECK.replace("group = \"box\"\nmaterial", "group = \"x_min\"\nmaterial");
+    workshop.run_deck(&wrong_kind, &[]).assert(2, &["the group `x_min` is a surface, but a volume is needed"]);
+}
+
+#[test]
+fn parts_must_own_every_hex_once() {
+    let workshop = Workshop::new();
+    let twice = "[[part]]\ngroup = \"box\"\nmaterial = \"rubber\"\n";
+    workshop.run(twice, &[]).assert(2, &["8 hexes are in two parts", "the first part", "the second part"]);
+    workshop.run("", &["--set", "part=[]"]).assert(2, &["8 hexes belong to no part", "volume group `box`"]);
+}
+
+#[test]
+fn contradictory_constraints_are_told_with_both_places() {
+    let workshop = Workshop::new();
+    let fix = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"x\", \"y\"]\n";
+    let pull = |group: &str, end: &str| {
+        format!(
+            "[[prescribed]]\ngroup = \"{group}\"\ndirection = \"y\"\nquantity = \"displacement\"\ncurve = [[0, 0], [1, {end}]]\n"
+        )
+    };
+    let both = workshop.run(&format!("{fix}{}", pull("y_min", "0.1")), &[]);
+    both.assert(2, &["3 nodes, among them node", "both fixed and prescribed in y", "fixed here", "prescribed here"]);
+    let two = workshop.run(&format!("{}{}", pull("y_min", "0.1"), pull("x_max", "0.2")), &[]);
+    two.assert(2, &["prescribed in y in two ways", "first prescribed here"]);
+    let same = workshop.run(&format!("{}{}", pull("y_min", "1e-9"), pull("x_max", "1e-9")), &[]);
+    same.assert(0, &[]);
+    let jump = workshop.run(&pull("y_min", "0.1").replace("[0, 0]", "[0, 0.1]"), &[]);
+    jump.assert(2, &["jumps to 0.1 m at time 0"]);
+}
+
+#[test]
+fn a_wall_through_the_body_is_refused() {
+    let workshop = Workshop::new();
+    let wall = "[[rigid_wall]]\npoint = [0.5, 0, 0]\nnormal = [1, 0, 0]\n";
+    workshop.run(wall, &[]).assert(2, &["9 nodes lie behind the wall at time 0", "this wall"]);
+}
+
+#[test]
+fn loads_and_walls_do_the_work_that_the_ledger_says() {
+    let workshop = Workshop::new();
+    let loads = "[[gravity]]\nacceleration = [0, 0, -10]\n\
+                 [[pressure]]\ngroup = \"z_max\"\ncurve = [[0, 0], [\"10 ms\", \"1 kPa\"]]\n\
+                 [[traction]]\ngroup = \"x_max\"\ndirection = [0, 3, 0]\ncurve = [[0, 500]]\n\
+                 [[rigid_wall]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nfriction = 0.2\n";
+    workshop.run(loads, &[]).assert(0, &[]);
+    let energies = &workshop.summary()["energies"];
+    let works = energies["load_work"].as_object().unwrap();
+    let names: Vec<&str> = works.keys().map(String::as_str).collect();
+    assert_eq!(names, ["gravity", "pressure on z_max", "traction on x_max"]);
+    assert!(works.values().all(|work| work.as_f64().unwrap() > 0.0), "{works:?}");
+    assert!(workshop.summary()["energy_error"].as_f64().unwrap().abs() < 1e-3);
+}
+
+#[test]
+fn missing_and_unusable_files_have_their_status() {
+    let workshop = Workshop::new();
+    workshop.estar(&["run", "nowhere.toml"]).assert(4, &["nowhere.toml"]);
+    workshop.run("", &["--set", "mesh.file='nowhere.msh'"]).assert(4, &["nowhere.msh", "--set mesh.file"]);
+    workshop.write("garbage.msh", "\u{0}\u{1}garbage");
+    workshop.run("", &["--set", "mesh.file='garbage.msh'"]).assert(2, &["garbage.msh"]);
+    fs::write(workshop.path("latin.toml"), b"title = \"\xe9\"").unwrap();
+    workshop.estar(&["run", "latin.toml"]).assert(2, &["latin.toml:1", "UTF-8", "column 10"]);
+    workshop.write("empty.toml", "");
+    workshop.estar(&["run", "empty.toml"]).assert(2, &["lacks `mesh`"]);
+    workshop.run("", &["--output", "box.msh"]).assert(4, &["box.msh is a file"]);
+    workshop.run("", &["--output", "box.msh/results"]).assert(4, &[]);
+    workshop.estar(&["run", "."]).assert(4, &[]);
+}
+
+#[test]
+fn wrong_command_lines_end_with_status_2() {
+    let workshop = Workshop::new();
+    workshop.write("deck.toml", DECK);
+    workshop.estar(&[]).assert(2, &["Usage"]);
+    workshop.estar(&["runn", "deck.toml"]).assert(2, &["run"]);
+    workshop.estar(&["run", "deck.toml", "--threads", "0"]).assert(2, &["a whole number from 1"]);
+    workshop.estar(&["run", "deck.toml", "--lanes", "mmx"]).assert(2, &["portable"]);
+    workshop.estar(&["run", "deck.toml", "--set", "time.end=1 us"]).assert(2, &["--set 'time.end=\"1 us\"'"]);
+    assert_eq!(workshop.estar(&["--help"]).code, 0);
+    assert!(workshop.estar(&["--version"]).text.starts_with("estar "));
+}
+
+#[test]
+fn an_inverted_element_ends_with_status_3_and_is_named() {
+    let workshop = Workshop::new();
+    let crush = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"x\"]\n\
+                 [[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\nquantity = \"displacement\"\n\
+                 curve = [[0, 0], [\"20 ms\", -3]]\n";
+    let said = workshop.run(crush, &["--set", "time.energy_error_limit=1e9"]);
+    said.assert(3, &["element ", "at step ", "t = ", "it is in part box, has the nodes", "what usually helps"]);
+    let summary = workshop.summary();
+    assert_eq!(summary["status"], "failed");
+    let frames = summary["frames"].as_u64().unwrap();
+    assert!(frames >= 2);
+    assert_eq!(workshop.read("deck/results.pvd").matches("<DataSet ").count() as u64, frames);
+    assert!(workshop.read("deck/estar.log").contains("what usually helps"));
+}
+
+#[test]
+fn an_energy_error_over_the_limit_ends_with_status_3() {
+    let workshop = Workshop::new();
+    let spin = "[[initial_velocity]]\ngroup = \"x_max\"\nangular = { rate = [0.0, 20.0, 3.0] }\n";
+    let said = workshop.run(spin, &["--set", "time.energy_error_limit=1e-12"]);
+    said.assert(3, &["the energy error", "is over the limit", "energy_error_limit"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_with_status_130_and_readable_files() {
+    let workshop = Workshop::new();
+    workshop.write("deck.toml", DECK);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_estar"))
+        .args(["run", "deck.toml", "--set", "time.end=1e6", "--set", "output.frames=2"])
+        .current_dir(workshop.directory.path())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let is_running = || fs::read_to_string(workshop.path("deck/run.jsonl")).is_ok_and(|text| text.contains('\n'));
+    for _ in 0..500 {
+        if is_running() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(workshop.summary()["status"], "interrupted");
+    assert_eq!(workshop.read("deck/results.pvd").matches("<DataSet ").count(), 2);
+    assert!(workshop.read("deck/history.csv").ends_with('\n'));
+}
+
+#[test]
+fn check_says_what_a_run_would_be() {
+    let workshop = Workshop::new();
+    workshop.write("deck.toml", DECK);
+    let said = workshop.estar(&["check", "deck.toml"]);
+    said.assert(0, &[]);
+    for part in ["scaled Jacobian", "control the time step", "steps", "memory", "output", "no errors"] {
+        assert!(said.text.contains(part), "{part}: {}", said.text);
+    }
+    assert!(!workshop.path("deck").exists());
+
+    let said = workshop.estar(&["check", "deck.toml", "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&said.text).unwrap();
+    assert_eq!(report["is_good"], true);
+    assert_eq!(report["controlling_elements"].as_array().unwrap().len(), 8);
+    assert!(report["seconds_expected"].as_f64().unwrap() > 0.0);
+
+    let said =
+        workshop.estar(&["check", "deck.toml", "--json", "--set", "time.end='1 mm'", "--set", "part.0.group='bex'"]);
+    said.assert(2, &[]);
+    let report: serde_json::Value = serde_json::from_str(&said.text).unwrap();
+    assert_eq!(report["is_good"], false);
+    let findings = report["findings"].as_array().unwrap();
+    assert_eq!(findings.len(), 2);
+    assert_eq!(findings[0]["file"], "--set time.end='1 mm'");
+    assert_eq!((&findings[0]["line"], &findings[0]["column"]), (&1.into(), &10.into()));
+}
+
+#[test]
+fn meshes_are_made_and_described() {
+    let workshop = Workshop::new();
+    let mesh = |arguments: &[&str]| workshop.estar(&[&["mesh"], arguments].concat());
+    mesh(&["cylinder", "--output", "quarter.msh"]).assert(0, &[]);
+    mesh(&["cylinder", "--output", "full.msh", "--full", "--radius", "3mm", "--ascii"]).assert(0, &[]);
+    mesh(&["necking-bar", "--output", "bar.msh", "--grading", "4"]).assert(0, &[]);
+    for (file, parts) in [
+        ("box.msh", ["8 hexes", "27 nodes", "x_max", "volume"]),
+        ("quarter.msh", ["symmetry_x", "foot", "top", "bar"]),
+        ("full.msh", ["Gmsh 4.1, ASCII", "axis", "side", "from -3.000000e-3 to 3.000000e-3"]),
+        ("bar.msh", ["neck", "grip", "symmetry_z", "scaled Jacobian"]),
+    ] {
+        let said = mesh(&["info", file]);
+        said.assert(0, &[]);
+        assert!(parts.iter().all(|part| said.text.to_lowercase().contains(&part.to_lowercase())), "{}", said.text);
+    }
+    mesh(&["box", "--output", "box.msh"]).assert(2, &["is there already", "--force"]);
+    mesh(&["box", "--output", "b.msh", "--cells", "0", "1", "1"]).assert(2, &["cells in x"]);
+    mesh(&["box", "--output", "b.msh", "--size", "1kg", "1", "1"]).assert(2, &["a length is needed"]);
+    mesh(&["box", "--output", "nowhere/b.msh"]).assert(4, &["nowhere"]);
+    mesh(&["info", "nowhere.msh"]).assert(4, &["nowhere.msh"]);
+    workshop.write("garbage.msh", "garbage");
+    mesh(&["info", "garbage.msh"]).assert(2, &["garbage.msh"]);
+}
+
+#[test]
+fn every_example_is_written_and_good() {
+    let workshop = Workshop::new();
+    let list = workshop.estar(&["example", "--list"]).text;
+    let names: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert_eq!(names, ["taylor", "necking", "cook"]);
+    for name in names {
+        workshop.estar(&["example", name]).assert(0, &[]);
+        let deck = Path::new(name).join(format!("{name}.toml"));
+        workshop.estar(&["check", &deck.display().to_string()]).assert(0, &[]);
+    }
+    workshop.estar(&["example", "taylor"]).assert(2, &["is there already"]);
+    workshop.estar(&["example", "tailor"]).assert(2, &["there is no example `tailor`", "taylor, necking, cook"]);
+    workshop.estar(&["example"]).assert(2, &["NAME"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_ends_with_status_4_and_earlier_files_stay() {
+    let workshop = Workshop::new();
+    fs::create_dir_all(workshop.path("deck")).unwrap();
+    // every write to this device fails as on a full disk
+    std::os::unix::fs::symlink("/dev/full", workshop.path("deck/history.csv")).unwrap();
+    workshop.write("deck.toml", DECK);
+    workshop.estar(&["run", "deck.toml"]).assert(4, &["history.csv", "cannot be written"]);
+}

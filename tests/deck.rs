@@ -182,7 +182,8 @@ fn the_total_update_refuses_kinematic_hardening() {
 #[test]
 fn curves_must_increase_in_time() {
     let prescribed = |curve: &str| {
-        let entry = format!("[[prescribed]]\ngroup = \"top\"\ndirection = \"z\"\nquantity = \"velocity\"\ncurve = {curve}\n");
+        let entry =
+            format!("[[prescribed]]\ngroup = \"top\"\ndirection = \"z\"\nquantity = \"velocity\"\ncurve = {curve}\n");
         told(&format!("{GOOD}{entry}"))
     };
     assert_eq!(prescribed("[[0, 0], [\"1 ms\", \"3 m/s\"]]"), "");
@@ -207,7 +208,20 @@ fn any_text_is_answered_without_a_panic() {
     let long = format!("title = \"{}\"\nbad = 1\n", "x".repeat(1_000_000));
     let deep = format!("a = {}", "[".repeat(50_000));
     let wide = format!("{GOOD}\n[wide]\n{}", (0..20_000).map(|i| format!("k{i} = {i}\n")).collect::<String>());
-    for text in [&long, &deep, &wide, "\0", "=", "[", "[[", "\"", "a.b.c", "[a]\n[a]", "\u{feff}a=1", "a = 99999999999999999999"] {
+    for text in [
+        &long,
+        &deep,
+        &wide,
+        "\0",
+        "=",
+        "[",
+        "[[",
+        "\"",
+        "a.b.c",
+        "[a]\n[a]",
+        "\u{feff}a=1",
+        "a = 99999999999999999999",
+    ] {
         assert!(told(text).contains("error"), "{:?}", &text[..text.len().min(40)]);
     }
     // every prefix, and every deletion of a line

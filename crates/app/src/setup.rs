@@ -108,7 +108,7 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     let scale = deck.as_ref().map_or(1.0, |deck| deck.mesh.scale.value);
     let Some(mesh_file) = mesh_file else { return fault(findings, false) };
     let is_missing_file = !diagnostics.has_errors() && std::fs::File::open(&mesh_file.value).is_err();
-    let Some((mesh_format, mesh)) = mesh_of(&mesh_file, scale, diagnostics) else {
+    let Some(ReadMesh { mesh, quality, format }) = read_mesh(&mesh_file, scale, diagnostics) else {
         return fault(findings, is_missing_file);
     };
     check_groups(&mesh, &groups, diagnostics);
@@ -128,8 +128,8 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
         deck_path: deck_path.to_owned(),
         deck_hash: deck_hash(&text, overrides),
         mesh_path: mesh_file.value,
-        mesh_format,
-        quality: QualityReport::new(&mesh).summary(),
+        mesh_format: format,
+        quality,
         mesh,
         model,
         probes,
@@ -149,8 +149,16 @@ fn deck_hash(text: &str, overrides: &[String]) -> String {
     hex(&hasher.finalize())
 }
 
-/// The mesh in m and in good order, with the name of its format; faults are reported at the deck's mention of the file.
-fn mesh_of(file: &At<PathBuf>, scale: f64, diagnostics: &mut Diagnostics) -> Option<(String, Mesh)> {
+/// A mesh that has been read.
+struct ReadMesh {
+    /// In m and in good order.
+    mesh: Mesh,
+    quality: QualitySummary,
+    format: String,
+}
+
+/// Reads the mesh; faults are reported at the deck's mention of the file.
+fn read_mesh(file: &At<PathBuf>, scale: f64, diagnostics: &mut Diagnostics) -> Option<ReadMesh> {
     const MOST_SHOWN: usize = 10;
     let MeshFile { mesh, format, warnings } = match estar_io::read_mesh(&file.value) {
         Ok(read) => read,
@@ -162,14 +170,6 @@ fn mesh_of(file: &At<PathBuf>, scale: f64, diagnostics: &mut Diagnostics) -> Opt
     for warning in warnings {
         diagnostics.push(Diagnostic::warning(warning).at(file.span, "this mesh"));
     }
-    let quality = QualityReport::new(&mesh);
-    for error in quality.errors().iter().take(MOST_SHOWN) {
-        diagnostics.push(Diagnostic::error(format!("the mesh: {error}")).at(file.span, "this mesh"));
-    }
-    if quality.errors().len() > MOST_SHOWN {
-        let more = format!("the mesh has {} more faults of this kind", quality.errors().len() - MOST_SHOWN);
-        diagnostics.push(Diagnostic::error(more).at(file.span, "this mesh"));
-    }
     let mesh = match mesh.scaled(scale) {
         Ok(mesh) => mesh,
         Err(error) => {
@@ -177,8 +177,16 @@ fn mesh_of(file: &At<PathBuf>, scale: f64, diagnostics: &mut Diagnostics) -> Opt
             return None;
         }
     };
+    let quality = QualityReport::new(&mesh);
+    for error in quality.errors().iter().take(MOST_SHOWN) {
+        diagnostics.push(Diagnostic::error(format!("the mesh: {error}")).at(file.span, "this mesh"));
+    }
+    if quality.errors().len() > MOST_SHOWN {
+        let more = format!("the mesh has {} more such faults", quality.errors().len() - MOST_SHOWN);
+        diagnostics.push(Diagnostic::error(more).at(file.span, "this mesh").help("`estar mesh info` shows more"));
+    }
     let order = locality_order(&mesh);
-    Some((format, mesh.renumbered(&order)))
+    Some(ReadMesh { mesh: mesh.renumbered(&order), quality: quality.summary(), format })
 }
 
 /// Every group that the deck mentions must be in the mesh and of a kind that serves.
