@@ -267,7 +267,7 @@ fn a_missed_expectation_ends_with_status_5_and_a_table() {
     let outcome = &workshop.summary()["expectations"][0];
     let (time, found) = (outcome["time"].as_f64().unwrap(), outcome["found"].as_f64().unwrap());
     // the first step at or after the time counts
-    assert!(time >= 0.01 && time < 0.02 && (found - time).abs() < 1e-12);
+    assert!((0.01..0.02).contains(&time) && (found - time).abs() < 1e-12);
 }
 
 #[test]
@@ -311,6 +311,8 @@ fn contradictory_constraints_are_told_with_both_places() {
     two.assert(2, &["prescribed in y in two ways", "first prescribed here"]);
     let same = workshop.run(&format!("{}{}", pull("y_min", "1e-9"), pull("x_max", "1e-9")), &[]);
     same.assert(0, &[]);
+    let nothing = workshop.run("[[fix]]\ngroup = \"x_min\"\ndirections = []\n", &[]);
+    nothing.assert(2, &["`fix.directions` is empty"]);
     let jump = workshop.run(&pull("y_min", "0.1").replace("[0, 0]", "[0, 0.1]"), &[]);
     jump.assert(2, &["jumps to 0.1 m at time 0"]);
 }

@@ -9,6 +9,10 @@ use estar_solver::model::{Direction, Quantity};
 
 /// Reports nodes that are held and moved, or moved in two ways, in one direction.
 pub fn check(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) {
+    for fix in deck.fix.iter().filter(|fix| fix.directions.is_empty()) {
+        let diagnostic = Diagnostic::error("`fix.directions` is empty: nothing is held").at(fix.span, "this fix");
+        diagnostics.push(diagnostic.help("such as directions = [\"x\", \"y\"]"));
+    }
     for (index, prescribed) in deck.prescribed.iter().enumerate() {
         let group = &prescribed.group.name;
         for fix in &deck.fix {

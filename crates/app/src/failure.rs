@@ -35,6 +35,6 @@ impl Failure {
     /// A file that could not be written.
     pub fn writing(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();
-        move |error| Self::File(format!("{}: cannot be written: {error}", path.display()))
+        move |error| Self::File(format!("error: {}: cannot be written: {error}", path.display()))
     }
 }

@@ -13,6 +13,8 @@ use std::thread::JoinHandle;
 
 /// Frames that may wait for the writer before the solver waits, too.
 const WAITING_FRAMES: usize = 2;
+/// One thread packs frames for so many threads of the loop.
+const SHARE_OF_THREADS: usize = 4;
 
 /// Hands frames to the thread that writes them.
 #[derive(Debug)]
@@ -67,12 +69,17 @@ impl FrameWriter {
             hex_labels: mesh.hex_labels().iter().map(|label| label.0 as i64).collect(),
             parts: part_of_hex,
         });
+        // packing a frame must not crowd out the loop
+        let threads = rayon::current_num_threads().div_ceil(SHARE_OF_THREADS);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|error| Failure::File(format!("error: no threads for the frames: {error}")))?;
         let (sender, receiver) = sync_channel::<OwnedFrame>(WAITING_FRAMES);
         let write_all = move || {
             let mut count = 0;
             for frame in receiver {
                 let frame = frame.borrowed(&unchanging);
-                writer.write_frame(&frame).map_err(|error| Failure::File(format!("error: {error}")))?;
+                pool.install(|| writer.write_frame(&frame))
+                    .map_err(|error| Failure::File(format!("error: {error}")))?;
                 count += 1;
             }
             Ok(count)

@@ -64,7 +64,7 @@ impl Progress {
         let start = Instant::now();
         let bar = (!console.is_quiet() && std::io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::with_draw_target(Some(BAR_LENGTH), ProgressDrawTarget::stderr());
-            let style = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}");
+            let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {prefix} left\n{msg}");
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar
         });
@@ -100,13 +100,15 @@ impl Progress {
             self.bar_due = now + BAR_INTERVAL;
             if let Some(bar) = &self.bar {
                 bar.set_position((BAR_LENGTH as f64 * simulation.time() / simulation.end_time()) as u64);
+                bar.set_prefix(duration(record.seconds_left));
                 bar.set_message(in_words(&record));
             }
         }
         if now >= self.line_due {
             self.line_due = now + LINE_INTERVAL;
             let percent = 100.0 * simulation.time() / simulation.end_time();
-            let line = format!("{percent:5.1} %  {}", in_words(&record));
+            let left = duration(record.seconds_left);
+            let line = format!("{percent:5.1} %  {}  {left} left", in_words(&record));
             if self.bar.is_some() { console.note(&line) } else { console.say(&line) }
         }
         if now >= self.record_due {
@@ -163,12 +165,11 @@ impl Progress {
 
 fn in_words(record: &Record) -> String {
     format!(
-        "t = {:.4e} s  step {}  dt = {:.3e} s  {}element steps/s  {} left  energy error {:+.3} %",
+        "t {:.4e} s  step {}  dt {:.3e} s  {}element steps/s  energy error {:+.3} %",
         record.time,
         record.step,
         record.time_step,
         prefixed(record.element_steps_per_second),
-        duration(record.seconds_left),
         100.0 * record.energy_error
     )
 }

@@ -266,6 +266,11 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
     });
     let parts: Vec<Part> = parts.collect();
 
+    for (name, _) in materials {
+        if !deck.part.iter().any(|part| part.material.0.value == *name) {
+            diagnostics.push(Diagnostic::warning(format!("the material `{name}` is used by no part")));
+        }
+    }
     const NOBODY: usize = usize::MAX;
     let mut owners = vec![NOBODY; mesh.hex_count()];
     for (index, part) in parts.iter().enumerate() {

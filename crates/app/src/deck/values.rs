@@ -127,16 +127,22 @@ impl<M: Measure> FromDeck for Quantity<M> {
 pub fn wrong_dimension(span: Span, given: Dimension, wanted: Dimension, decoder: &mut Decoder) {
     let message = format!("`{}` must be {wanted}, not {given}", decoder.place());
     let label = format!("its unit is that of {given}");
-    let help = format!("{wanted} is a number in {} or a string such as \"{}\"", wanted.si_unit(), wanted.example());
+    let help = format!("{wanted} is {}", as_written(wanted));
     decoder.report(Diagnostic::error(message).at(span, label).help(help));
+}
+
+/// How a quantity of a dimension is written.
+fn as_written(dimension: Dimension) -> String {
+    match dimension {
+        Dimension::NUMBER => "a number such as 0.3 or a string such as \"30 %\"".to_owned(),
+        _ => format!("a number in {} or a string such as \"{}\"", dimension.si_unit(), dimension.example()),
+    }
 }
 
 /// A number, or a string with a unit of any dimension.
 fn decode_measured(node: &Node, decoder: &mut Decoder, wanted: Option<Dimension>) -> Option<Measured> {
     let wanted_text = || match wanted {
-        Some(dimension) => {
-            format!("a number in {} or a string such as \"{}\"", dimension.si_unit(), dimension.example())
-        }
+        Some(dimension) => as_written(dimension),
         None => "a number or a string with a unit".to_owned(),
     };
     let text = match &node.value {
