@@ -264,10 +264,14 @@ fn a_missed_expectation_ends_with_status_5_and_a_table() {
     let said = workshop.run(&format!("{probe}{expect}"), &[]);
     said.assert(5, &["1 of 1 expectations missed"]);
     assert!(said.text.contains("MISSED") && said.text.contains("3.000000e-2"), "{}", said.text);
-    let outcome = &workshop.summary()["expectations"][0];
+    let largest = "[[expect]]\nprobe = \"x\"\nat = \"max\"\nvalue = \"20 mm\"\ntolerance = \"1e-9 mm\"\n";
+    let summary = || workshop.summary()["expectations"].clone();
+    let outcome = &summary()[0];
     let (time, found) = (outcome["time"].as_f64().unwrap(), outcome["found"].as_f64().unwrap());
-    // the first step at or after the time counts
+    // the first step at or after the time counts, and the row with the largest value
     assert!((0.01..0.02).contains(&time) && (found - time).abs() < 1e-12);
+    workshop.run(&format!("{probe}{largest}"), &[]).assert(0, &[]);
+    assert!((summary()[0]["time"].as_f64().unwrap() - 0.02).abs() < 1e-12);
 }
 
 #[test]

@@ -11,12 +11,23 @@ use serde::Serialize;
 pub struct Expectation {
     /// Index of the probe.
     pub probe: usize,
-    /// When, s; none at the end.
-    pub time: Option<f64>,
+    /// When.
+    pub moment: Moment,
     /// The value, SI.
     pub value: f64,
     /// Allowed deviation, SI.
     pub tolerance: f64,
+}
+
+/// When an expectation is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Moment {
+    /// At the end.
+    End,
+    /// At the first step at or after a time, s.
+    Time(f64),
+    /// At the row of the history where the probe is largest.
+    Max,
 }
 
 /// What became of an expectation.
@@ -96,18 +107,19 @@ pub fn resolve(deck: &Deck, diagnostics: &mut Diagnostics) -> Vec<Expectation> {
             let help = "a percentage of a value other than 0, or a quantity in the unit of the probe";
             diagnostics.push(Diagnostic::error(message).at(entry.tolerance.span, "this tolerance").help(help));
         }
-        let time = match entry.at {
-            When::End => None,
+        let moment = match entry.at {
+            When::End => Moment::End,
+            When::Max => Moment::Max,
             When::Time(time) => {
                 if time.value > deck.time.end.value {
                     let message =
                         format!("`expect.at` lies after the end of the simulation, {:?} s", deck.time.end.value);
                     diagnostics.push(Diagnostic::error(message).at(time.span, "too late"));
                 }
-                Some(time.value)
+                Moment::Time(time.value)
             }
         };
-        expectations.push(Expectation { probe, time, value: value.value, tolerance: allowed });
+        expectations.push(Expectation { probe, moment, value: value.value, tolerance: allowed });
     }
     expectations
 }

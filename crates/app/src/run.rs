@@ -1,7 +1,7 @@
 //! `estar run`: from the deck to the results.
 
 use crate::console::{Console, is_coloured};
-use crate::expectations::{self, Outcome};
+use crate::expectations::{self, Moment, Outcome};
 use crate::failure::Failure;
 use crate::format::{bytes, count, duration, prefixed};
 use crate::frames::FrameWriter;
@@ -128,7 +128,9 @@ impl<'a> Run<'a> {
         let mut run = Self {
             frame_schedule: Schedule::new(problem.output.frames),
             history_schedule: Schedule::new(problem.output.history),
-            pending: (0..expectations.len()).filter(|index| expectations[*index].time.is_some()).collect(),
+            pending: (0..expectations.len())
+                .filter(|index| matches!(expectations[*index].moment, Moment::Time(_)))
+                .collect(),
             outcomes: vec![None; expectations.len()],
             last_row: None,
             jacobians: Vec::new(),
@@ -181,6 +183,13 @@ impl<'a> Run<'a> {
                 self.jacobians.remove(0);
             }
             self.last_row = Some(step);
+            for (expectation, outcome) in self.problem.expectations.iter().zip(&mut self.outcomes) {
+                let value = values[expectation.probe];
+                if expectation.moment == Moment::Max && outcome.as_ref().is_none_or(|largest| value > largest.found) {
+                    let name = &self.problem.probes[expectation.probe].name;
+                    *outcome = Some(expectation.outcome(name, self.simulation.time(), value));
+                }
+            }
         }
         if frame {
             self.frames.write(&snapshot)?;
@@ -191,7 +200,8 @@ impl<'a> Run<'a> {
     /// Looks at the expectations whose moment has come.
     fn check_pending(&mut self) {
         let time = self.simulation.time();
-        let has_come = |index: &usize| self.problem.expectations[*index].time.is_some_and(|moment| time >= moment);
+        let has_come =
+            |index: &usize| matches!(self.problem.expectations[*index].moment, Moment::Time(moment) if time >= moment);
         let due: Vec<usize> = self.pending.iter().copied().filter(has_come).collect();
         if due.is_empty() {
             return;

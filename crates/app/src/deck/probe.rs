@@ -115,7 +115,7 @@ deck_table! {
     pub struct ExpectTable {
         /// The probe.
         probe: ProbeName = required,
-        /// When: "end", or a time (the first step at or after it counts).
+        /// When: the end, a time (the first step at or after it counts), or the largest of the rows of history.csv.
         at: When = default("'end'"),
         /// The value, in the unit of the probe.
         value: At<AnyQuantity> = required,
@@ -129,6 +129,8 @@ deck_table! {
 pub enum When {
     /// Its end.
     End,
+    /// When the probe is largest, among the rows of the history.
+    Max,
     /// A time, s.
     Time(At<f64>),
 }
@@ -136,12 +138,14 @@ pub enum When {
 impl FromDeck for When {
     fn schema() -> Schema {
         let end = Choice { name: "end", doc: "the end of the simulation" };
-        Schema::Either(vec![Schema::Choice(vec![end]), Quantity::<super::values::NotNegative<Time>>::schema()])
+        let max = Choice { name: "max", doc: "the largest value" };
+        Schema::Either(vec![Schema::Choice(vec![end, max]), Quantity::<super::values::NotNegative<Time>>::schema()])
     }
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
         match &node.value {
             Value::Text(text) if text == "end" => Some(Self::End),
+            Value::Text(text) if text == "max" => Some(Self::Max),
             _ => {
                 let time = Quantity::<super::values::NotNegative<Time>>::decode(node, decoder)?;
                 Some(Self::Time(At { value: time.value, span: node.span }))
