@@ -236,6 +236,45 @@ fn any_text_is_answered_without_a_panic() {
 }
 
 #[test]
+fn damaged_decks_are_answered_without_a_panic() {
+    let pieces = [
+        "\"",
+        "[",
+        "]]",
+        "=",
+        "\n",
+        "{",
+        "'''",
+        "1e999",
+        "-",
+        "µ",
+        "\t",
+        ",",
+        "#",
+        "\u{0}",
+        "99999999999999999999",
+        "nan",
+    ];
+    // a linear congruential generator: the same damage on every machine
+    let mut state = 1_u64;
+    let mut random = |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    for _ in 0..3000 {
+        let mut deck = GOOD.to_owned();
+        for _ in 0..=random(4) {
+            let start = random(deck.len());
+            let end = (start + random(12)).min(deck.len());
+            if deck.is_char_boundary(start) && deck.is_char_boundary(end) {
+                deck.replace_range(start..end, pieces[random(pieces.len())]);
+            }
+        }
+        told(&deck);
+    }
+}
+
+#[test]
 fn deck_reference_is_up_to_date() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/deck.md");
     let wanted = deck::document::markdown();
