@@ -19,7 +19,7 @@
 //! F-bar: F̄ = (J₀/J)^⅓ F with J₀ = det F at the centre; in rate form the volumetric part of D is that of the centre.
 
 use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
-use crate::stable_time_step::{ElasticBounds, ElementGeometry, largest_metric, stable_time_step};
+use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metric, stable_time_step};
 use estar_material::{Material, PointMotion};
 use estar_tensor::{Real, Rotation, Tensor, Vector3, array};
 
@@ -75,6 +75,8 @@ pub struct HexHistory<State, R> {
     pub rotations: [Rotation<R>; POINTS],
     /// Stable time step at t_n, s.
     pub stable_time_step: R,
+    /// Pressure of bulk viscosity at t_n, Pa.
+    pub viscous_pressure: R,
 }
 
 /// What all elements of a block share in a step.
@@ -97,9 +99,10 @@ pub struct HexUpdate<R> {
     pub internal_energy: R,
     /// Its dissipated part, J.
     pub plastic_dissipation: R,
-    /// Work of the step against bulk viscosity, J.
+    /// Work of the step against bulk viscosity, J: on average a loss, in one step of either sign, since the pressure of
+    /// t_{n+1} comes from the velocity of the half step before.
     pub viscous_energy: R,
-    /// Smallest det F of the points.
+    /// Smallest det F of the points and the centre.
     pub min_jacobian: R,
     /// Stable time step on the new geometry, s.
     pub stable_time_step: R,
@@ -289,9 +292,10 @@ pub fn advance<R: Real, M: Material>(
 
     let mut flux = ParentGradients::zero();
     let mut divergence = ParentGradients::zero();
-    let (mut internal_energy, mut plastic_dissipation, mut volume_half) = (zero, zero, zero);
-    let (mut volume, mut metric) = (zero, zero);
-    let mut min_jacobian = R::splat(f64::INFINITY);
+    let (mut internal_energy, mut plastic_dissipation, mut volume_rate) = (zero, zero, zero);
+    let mut volume = zero;
+    let mut metric = Metric { largest: zero, trace: zero };
+    let mut min_jacobian = centre.jacobian;
     for point in 0..POINTS {
         // F = (∂x/∂ξ)(∂X/∂ξ)⁻¹, Ḟ = (∂v/∂ξ)(∂X/∂ξ)⁻¹
         let reference_gradient = reference.at(point);
@@ -304,11 +308,14 @@ pub fn advance<R: Real, M: Material>(
         let mut moved =
             PointMotion::new(deformation_gradient, &rate, step.time_step, history.rotations[point], M::NEEDS_ROTATION);
         history.rotations[point] = moved.rotation;
+        let point_volume_half = moved.jacobian_half * reference_jacobian;
+        let trace = moved.kinematics.velocity_gradient.trace();
+        volume_rate = trace.mul_add(point_volume_half, volume_rate);
 
         if f_bar {
             // L̄ = L + ⅓ (tr L₀ − tr L) I, F̄ = (J₀/J)^⅓ F
             let kinematics = &mut moved.kinematics;
-            let correction = (centre.volumetric_rate - kinematics.velocity_gradient.trace()) * (1.0 / 3.0);
+            let correction = (centre.volumetric_rate - trace) * (1.0 / 3.0);
             kinematics.velocity_gradient = kinematics.velocity_gradient.plus_spherical(correction);
             let scale = (centre.jacobian / moved.jacobian_new).cbrt();
             kinematics.deformation_gradient = kinematics.deformation_gradient * scale;
@@ -317,10 +324,8 @@ pub fn advance<R: Real, M: Material>(
         history.states[point] = update.state;
 
         // ∫ T : D dV over the step, on the mid-step volume
-        let point_volume_half = moved.jacobian_half * reference_jacobian;
         internal_energy = update.internal_energy.mul_add(point_volume_half, internal_energy);
         plastic_dissipation = update.plastic_dissipation.mul_add(point_volume_half, plastic_dissipation);
-        volume_half += point_volume_half;
         min_jacobian = min_jacobian.min(moved.jacobian_new);
 
         // f_a = Σ_q T cof(∂x/∂ξ) ∂N_a/∂ξ
@@ -330,12 +335,12 @@ pub fn advance<R: Real, M: Material>(
         flux.add(point, &stress.dot(&cofactor));
         divergence.add(point, &cofactor);
         volume += jacobian;
-        metric = metric.max(largest_metric(&cofactor, jacobian));
+        metric = metric.max(Metric::new(&cofactor, jacobian));
     }
 
     let mean_divergence = divergence.transposed();
     let geometry = ElementGeometry {
-        largest_metric: metric,
+        metric,
         volume,
         mean_divergence_squared: corner_norm_squared(&mean_divergence),
         divergence_difference_squared: {
@@ -355,6 +360,10 @@ pub fn advance<R: Real, M: Material>(
         bounds.frequency_squared(&geometry, corner_mass)
     });
     history.stable_time_step = undamped;
+    // −∫∫ q dV̇ dt, the mean pressure of the step on the volume change of all points, as the forces have it
+    let mean_pressure = (history.viscous_pressure + viscous_pressure) * 0.5;
+    let viscous_energy = -(mean_pressure * volume_rate * step.time_step);
+    history.viscous_pressure = viscous_pressure;
     HexUpdate {
         internal_force: {
             let eightfold = corner_values(&flux.transposed());
@@ -362,7 +371,7 @@ pub fn advance<R: Real, M: Material>(
         },
         internal_energy,
         plastic_dissipation,
-        viscous_energy: -(viscous_pressure * centre.volumetric_rate * volume_half * step.time_step),
+        viscous_energy,
         min_jacobian,
         stable_time_step: viscous.map_or(undamped, |response| undamped * damped_step_factor(response.damping_ratio)),
     }

@@ -159,6 +159,7 @@ impl<M: Material, R: Real> SolidBlock<M, R> {
             states: [material.initial_state(); POINTS],
             rotations: [Rotation::identity(); POINTS],
             stable_time_step: R::splat(0.0),
+            viscous_pressure: R::splat(0.0),
         };
         let mass = |pack: usize| R::from_lanes(|lane| corner_mass[(pack * R::LANES + lane).min(count - 1)]);
         Self {
@@ -239,6 +240,7 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
                 pack.rotations[point].0.iter().for_each(|number| visit(number.lane(lane)));
             }
             visit(pack.stable_time_step.lane(lane));
+            visit(pack.viscous_pressure.lane(lane));
         }
     }
 }
