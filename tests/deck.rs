@@ -151,13 +151,20 @@ fn units_are_checked_and_suggested() {
 #[test]
 fn material_bounds_are_told_at_the_parameter() {
     let negative = told_after("density = 8930.0", "density = -1");
-    assert_told(&negative, &["deck.toml:10:11", "material.copper.density = -1.0 is not allowed", "greater than 0"]);
+    assert_told(&negative, &["deck.toml:10:11", "`material.copper.density` must be greater than 0"]);
     let incompressible = told_after("poisson_ratio = 0.35", "poisson_ratio = 0.5");
     assert_told(&incompressible, &["deck.toml:12:17", "between -1 and 0.5"]);
     let softening = told_after("modulus = \"100 MPa\"", "modulus = \"-100 MPa\"");
     assert_told(&softening, &["deck.toml:13:", "material.copper.hardening.modulus"]);
     let three = told_after("poisson_ratio = 0.35", "poisson_ratio = 0.35\nbulk_modulus = 1e11");
     assert_told(&three, &["needs two elastic constants, but has `young_modulus`, `poisson_ratio`, `bulk_modulus`"]);
+    let together = told_after("poisson_ratio = 0.35", "shear_modulus = \"1 GPa\"");
+    assert_told(&together, &["together must give a positive shear modulus and bulk modulus"]);
+    // one fault of a material hides no other
+    let faults =
+        GOOD.replace("density = 8930.0", "density = -1").replace("poisson_ratio = 0.35", "poisson_ratio = 0.5");
+    let all = told(&faults.replace("hardening = {", "hardning = {"));
+    assert_told(&all, &["density` must be", "poisson_ratio` must be", "lacks `hardening`", "4 errors"]);
 }
 
 #[test]

@@ -5,7 +5,9 @@ use super::macros::{deck_choice, deck_table, deck_variants};
 use super::schema::{QuantitySchema, Schema};
 use super::tree::{Node, Value};
 use super::units::Dimension;
-use super::values::{Number, Quantity, Stress, decode_pairs};
+use super::values::{
+    Density, Fraction, NotNegative, Number, PoissonRatio as PoissonRatioBound, Positive, Quantity, Stress, decode_pairs,
+};
 use crate::diagnostics::{Diagnostic, listed};
 use estar_material::{ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, MaterialModel};
 
@@ -14,15 +16,15 @@ deck_table! {
     /// `bulk_modulus`, `shear_modulus` and `lame_lambda`.
     pub struct MaterialTable {
         /// Mass per undeformed volume.
-        density: Quantity<super::values::Density> = required,
-        /// Young's modulus E, greater than 0.
-        young_modulus: Quantity<Stress> = optional,
-        /// Poisson's ratio ν, between -1 and 0.5.
-        poisson_ratio: Quantity<Number> = optional,
-        /// Bulk modulus k, greater than 0.
-        bulk_modulus: Quantity<Stress> = optional,
-        /// Shear modulus μ, greater than 0.
-        shear_modulus: Quantity<Stress> = optional,
+        density: Quantity<Positive<Density>> = required,
+        /// Young's modulus E.
+        young_modulus: Quantity<Positive<Stress>> = optional,
+        /// Poisson's ratio ν.
+        poisson_ratio: Quantity<PoissonRatioBound> = optional,
+        /// Bulk modulus k.
+        bulk_modulus: Quantity<Positive<Stress>> = optional,
+        /// Shear modulus μ.
+        shear_modulus: Quantity<Positive<Stress>> = optional,
         /// First Lamé constant λ.
         lame_lambda: Quantity<Stress> = optional,
         /// The theory, with its own keys.
@@ -77,52 +79,52 @@ deck_variants! {
         /// σ = yield_stress.
         Perfect = "perfect" {
             /// Stress at first yield.
-            yield_stress: Quantity<Stress> = required,
+            yield_stress: Quantity<Positive<Stress>> = required,
         }
         /// σ = yield_stress + modulus ε.
         Linear = "linear" {
             /// Stress at first yield.
-            yield_stress: Quantity<Stress> = required,
+            yield_stress: Quantity<Positive<Stress>> = required,
             /// Slope of the flow stress.
-            modulus: Quantity<Stress> = required,
+            modulus: Quantity<NotNegative<Stress>> = required,
         }
         /// σ = yield_stress + (saturation_stress − yield_stress)(1 − exp(−saturation_exponent ε)).
         Voce = "voce" {
             /// Stress at first yield.
-            yield_stress: Quantity<Stress> = required,
+            yield_stress: Quantity<Positive<Stress>> = required,
             /// Stress that is approached, not below `yield_stress`.
-            saturation_stress: Quantity<Stress> = required,
+            saturation_stress: Quantity<Positive<Stress>> = required,
             /// How fast it is approached.
-            saturation_exponent: Quantity<Number> = required,
+            saturation_exponent: Quantity<NotNegative<Number>> = required,
         }
         /// As `voce`, plus modulus ε.
         Saturation = "saturation" {
             /// Stress at first yield.
-            yield_stress: Quantity<Stress> = required,
+            yield_stress: Quantity<Positive<Stress>> = required,
             /// Stress that is approached, not below `yield_stress`.
-            saturation_stress: Quantity<Stress> = required,
+            saturation_stress: Quantity<Positive<Stress>> = required,
             /// How fast it is approached.
-            saturation_exponent: Quantity<Number> = required,
+            saturation_exponent: Quantity<NotNegative<Number>> = required,
             /// Slope that remains.
-            modulus: Quantity<Stress> = required,
+            modulus: Quantity<NotNegative<Stress>> = required,
         }
         /// σ = yield_stress + coefficient ε^exponent.
         Ludwik = "ludwik" {
             /// Stress at first yield.
-            yield_stress: Quantity<Stress> = required,
+            yield_stress: Quantity<Positive<Stress>> = required,
             /// Factor of the power.
-            coefficient: Quantity<Stress> = required,
-            /// Exponent, greater than 0 and at most 1.
-            exponent: Quantity<Number> = required,
+            coefficient: Quantity<NotNegative<Stress>> = required,
+            /// Exponent.
+            exponent: Quantity<Fraction> = required,
         }
         /// σ = coefficient (initial_strain + ε)^exponent.
         Swift = "swift" {
             /// Factor of the power.
-            coefficient: Quantity<Stress> = required,
-            /// Strain that precedes the first yield, greater than 0.
-            initial_strain: Quantity<Number> = required,
-            /// Exponent, greater than 0 and at most 1.
-            exponent: Quantity<Number> = required,
+            coefficient: Quantity<Positive<Stress>> = required,
+            /// Strain that precedes the first yield, 1e-12 or more.
+            initial_strain: Quantity<Positive<Number>> = required,
+            /// Exponent.
+            exponent: Quantity<Fraction> = required,
         }
         /// Straight between points, constant beyond the last; either `points` or `file`.
         Tabulated = "tabulated" {
@@ -139,15 +141,15 @@ deck_variants! {
     pub enum KinematicTable by law {
         /// Linear: rate of the back stress ⅔ modulus D_p.
         Prager = "prager" {
-            /// Modulus, 0 or greater.
-            modulus: Quantity<Stress> = required,
+            /// Modulus.
+            modulus: Quantity<NotNegative<Stress>> = required,
         }
         /// With dynamic recovery: saturates at the uniaxial back stress modulus/recovery.
         ArmstrongFrederick = "armstrong-frederick" {
-            /// Modulus, 0 or greater.
-            modulus: Quantity<Stress> = required,
-            /// Recovery, 0 or greater.
-            recovery: Quantity<Number> = required,
+            /// Modulus.
+            modulus: Quantity<NotNegative<Stress>> = required,
+            /// Recovery.
+            recovery: Quantity<NotNegative<Number>> = required,
         }
     }
 }

@@ -76,6 +76,19 @@ impl<M: Measure> Measure for NotNegative<M> {
     }
 }
 
+/// A number that Poisson's ratio of a stable solid can be.
+#[derive(Clone, Copy, Debug)]
+pub struct PoissonRatio;
+
+impl Measure for PoissonRatio {
+    const DIMENSION: Dimension = Dimension::NUMBER;
+    const BOUND: Option<&'static str> = Some("between -1 and 0.5");
+
+    fn allows(value: f64) -> bool {
+        -1.0 < value && value < 0.5
+    }
+}
+
 /// A fraction of one: greater than 0, at most 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Fraction;
