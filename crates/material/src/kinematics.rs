@@ -9,7 +9,7 @@ pub struct StepKinematics<R> {
     pub velocity_gradient: Tensor<R>,
     /// Deformation gradient F_{n+1}.
     pub deformation_gradient: Tensor<R>,
-    /// Rotation R_{n+½} of the polar decomposition of F_{n+½} = ½ (F_n + F_{n+1}).
+    /// Rotation R_{n+½}, half way from R_n to R_{n+1}.
     pub rotation_half: Tensor<R>,
     /// Rotation R_{n+1} of the polar decomposition of F_{n+1}.
     pub rotation_new: Tensor<R>,
@@ -31,8 +31,8 @@ pub struct PointMotion<R> {
 impl<R: Real> PointMotion<R> {
     /// The motion that ends at `deformation_gradient` = F_{n+1} after the constant rate `rate` = Ḟ over `time_step`.
     ///
-    /// `rotation_old` is R_n, the first guess of the polar decompositions. Where `needs_rotation` is false they are
-    /// left out: the rotations of the result are the identity.
+    /// `rotation_old` is R_n, the first guess of the polar decomposition of F_{n+1}. Where `needs_rotation` is false that
+    /// is left out: the rotations of the result are the identity.
     #[inline(always)]
     pub fn new(
         deformation_gradient: Tensor<R>,
@@ -49,13 +49,12 @@ impl<R: Real> PointMotion<R> {
         let jacobian_half = gradient_half.columns[0].dot(cofactor_half.columns[0]);
         // L = Ḟ F_{n+½}⁻¹
         let velocity_gradient = rate.dot(&(cofactor_half.transpose() * jacobian_half.recip()));
-        let (rotation_half, rotation) = if needs_rotation {
-            let half = Rotation::nearest(&gradient_half, rotation_old);
-            (half.to_tensor(), Rotation::nearest(&deformation_gradient, half))
+        let (rotation, rotation_half, rotation_new) = if needs_rotation {
+            let rotation = Rotation::nearest(&deformation_gradient, rotation_old);
+            (rotation, rotation_old.half_way_to(rotation).to_tensor(), rotation.to_tensor())
         } else {
-            (Tensor::identity(), rotation_old)
+            (rotation_old, Tensor::identity(), Tensor::identity())
         };
-        let rotation_new = if needs_rotation { rotation.to_tensor() } else { rotation_half };
         let kinematics = StepKinematics { velocity_gradient, deformation_gradient, rotation_half, rotation_new };
         Self { kinematics, rotation, jacobian_half, jacobian_new: deformation_gradient.determinant() }
     }
