@@ -1,6 +1,6 @@
 //! The time loop: explicit central differences with half-step velocities and a variable step.
 
-use crate::constraints::Constraints;
+use crate::constraints::{Constraints, dot};
 use crate::error::SimulationError;
 use crate::model::RigidWall;
 use crate::simulation::Simulation;
@@ -107,6 +107,8 @@ impl Simulation {
         }
 
         let nodes = &mut self.nodes;
+        // where t_n lies between the half steps
+        let share_old = 0.5 * step_old / mean_step;
         let kick = Kick { mean_step, step_new, constraints: &self.constraints, walls: &self.walls };
         let (corner_lists, corner_forces) = (&self.corner_lists, &self.corner_forces);
         let (reference, displacement, mass) = (&nodes.reference, &nodes.displacement, &nodes.mass);
@@ -128,7 +130,7 @@ impl Simulation {
                 }
                 let place = Place { node, reference: &reference[node], displacement: &displacement[node] };
                 let moved = kick.velocity(&place, mass[node], force, velocity[local]);
-                sums.enter(mass[node], &velocity[local], &moved);
+                sums.enter(mass[node], &velocity[local], &moved, share_old);
                 acceleration[local] = std::array::from_fn(|i| (moved.velocity[i] - velocity[local][i]) / mean_step);
                 if self.constraints.constrain(node) {
                     reaction[local] = moved.constraint_impulse.map(|impulse| impulse / mean_step);
@@ -147,15 +149,17 @@ impl Simulation {
         self.constraint_work.enter(sums.constraint_work_before, sums.constraint_work_after);
         self.contact_work.enter(sums.contact_work_before, sums.contact_work_after);
         self.energies.kinetic = sums.kinetic;
+        self.step_change.enter(0.0, sums.step_change);
+        self.energies.step_change = self.step_change.until_now;
         self.energies.constraint_work = self.constraint_work.until_now;
         self.energies.contact = -self.contact_work.until_now;
+        self.energies.note_in_play();
         self.momentum = sums.momentum;
     }
 
     fn check(&self) -> Result<(), SimulationError> {
         let (step, time) = (self.step, self.time);
         let elements = &self.elements;
-        // a NaN compares false, so the Jacobian is asked whether it is positive
         if elements.min_jacobian.value <= 0.0 {
             let (hex, jacobian) = (elements.min_jacobian.element, elements.min_jacobian.value);
             return Err(SimulationError::ElementInverted { hex, jacobian, step, time });
@@ -164,7 +168,9 @@ impl Simulation {
             return Err(SimulationError::NotFinite { hex, step, time });
         }
         let (error, limit) = (self.energies.error(), self.settings.energy_error_limit);
-        if error.abs() > limit {
+        // an error that is not a number is not within the limit
+        let within = error.abs() <= limit;
+        if !within {
             return Err(SimulationError::EnergyError { error, limit, step, time });
         }
         Ok(())
@@ -203,19 +209,20 @@ impl Kick<'_> {
         let scale = self.mean_step / mass;
         let free: [f64; 3] = std::array::from_fn(|i| velocity_old[i] + scale * force[i]);
         let constrained = |v| self.constraints.velocity(place.node, v, place.displacement, self.step_new);
-        let met = constrained(free);
-        if self.walls.is_empty() {
-            let constraint_impulse = std::array::from_fn(|i| mass * (met[i] - free[i]));
-            return Moved { velocity: met, constraint_impulse, wall_impulse: [0.0; 3] };
+        let mut velocity = constrained(free);
+        let mut wall_impulse = [0.0; 3];
+        if !self.walls.is_empty() {
+            let position: [f64; 3] = std::array::from_fn(|i| place.reference[i] + place.displacement[i]);
+            let free_directions = self.constraints.free_directions(place.node);
+            for wall in self.walls {
+                let stopped = wall.velocity(velocity, &position, self.step_new, free_directions);
+                wall_impulse = std::array::from_fn(|i| wall_impulse[i] + mass * (stopped[i] - velocity[i]));
+                velocity = constrained(stopped);
+            }
         }
-        let position: [f64; 3] = std::array::from_fn(|i| place.reference[i] + place.displacement[i]);
-        let stopped = self.walls.iter().fold(met, |v, wall| wall.velocity(v, &position, self.step_new));
-        let velocity = constrained(stopped);
-        Moved {
-            velocity,
-            constraint_impulse: std::array::from_fn(|i| mass * (met[i] - free[i] + velocity[i] - stopped[i])),
-            wall_impulse: std::array::from_fn(|i| mass * (stopped[i] - met[i])),
-        }
+        // what the walls did not do the constraints did
+        let constraint_impulse = std::array::from_fn(|i| mass * (velocity[i] - free[i]) - wall_impulse[i]);
+        Moved { velocity, constraint_impulse, wall_impulse }
     }
 }
 
@@ -223,6 +230,7 @@ impl Kick<'_> {
 #[derive(Clone, Copy, Default)]
 pub(crate) struct NodeSums {
     kinetic: f64,
+    step_change: f64,
     momentum: [f64; 3],
     constraint_work_before: f64,
     constraint_work_after: f64,
@@ -237,12 +245,17 @@ impl NodeSums {
     }
 
     #[inline]
-    fn enter(&mut self, mass: f64, old: &[f64; 3], moved: &Moved) {
+    fn enter(&mut self, mass: f64, old: &[f64; 3], moved: &Moved, share_old: f64) {
         let new = &moved.velocity;
-        // K_n = Σ ½ m v_{n−½} · v_{n+½}
-        self.kinetic += 0.5 * mass * dot(old, new);
+        let impulse: [f64; 3] = std::array::from_fn(|i| moved.constraint_impulse[i] + moved.wall_impulse[i]);
+        let change: [f64; 3] = std::array::from_fn(|i| new[i] - old[i]);
+        let force_impulse: [f64; 3] = std::array::from_fn(|i| mass * change[i] - impulse[i]);
+        // K_n = Σ ½ m |v_{n−½}|² + ½ Δt_{n−½} f_n · v_{n−½}, and half of the work of impulses
+        self.kinetic += 0.5 * mass * dot(old, old) + share_old * dot(&force_impulse, old) + 0.5 * dot(&impulse, old);
+        self.step_change += (0.5 - share_old) * dot(&force_impulse, &change);
         for i in 0..3 {
-            self.momentum[i] += 0.5 * mass * (old[i] + new[i]);
+            // m v_n, v_n = v_{n−½} + ½ Δt_{n−½} a_n
+            self.momentum[i] += mass * (old[i] + share_old * change[i]);
         }
         // an impulse does the work I · ½ (v_{n−½} + v_{n+½})
         self.constraint_work_before += 0.5 * dot(&moved.constraint_impulse, old);
@@ -254,6 +267,7 @@ impl NodeSums {
     fn plus(self, other: &Self) -> Self {
         Self {
             kinetic: self.kinetic + other.kinetic,
+            step_change: self.step_change + other.step_change,
             momentum: std::array::from_fn(|i| self.momentum[i] + other.momentum[i]),
             constraint_work_before: self.constraint_work_before + other.constraint_work_before,
             constraint_work_after: self.constraint_work_after + other.constraint_work_after,
@@ -261,9 +275,4 @@ impl NodeSums {
             contact_work_after: self.contact_work_after + other.contact_work_after,
         }
     }
-}
-
-#[inline]
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

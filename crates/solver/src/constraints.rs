@@ -108,6 +108,15 @@ impl Constraints {
         self.of_node[node] != FREE
     }
 
+    /// The directions of a node that are neither held nor driven.
+    #[inline]
+    pub fn free_directions(&self, node: usize) -> [bool; 3] {
+        match self.of_node[node] {
+            FREE => [true; 3],
+            place => self.motions[place as usize].map(|motion| motion == Motion::Free),
+        }
+    }
+
     /// The velocity that meets the constraints of a node: driven directions reach their displacement at the end of the
     /// step.
     #[inline]
@@ -134,22 +143,44 @@ impl RigidWall {
     }
 
     /// The velocity of a node that may not pass the wall within the step: the smallest change along the normal that
-    /// ends on the wall, and Coulomb friction up to μ times that change along the tangent.
+    /// ends on the wall, and Coulomb friction up to μ times that change along the tangent. Only `free` directions give
+    /// way; what the wall does along the others is for the constraint to take back.
     #[inline]
-    pub(crate) fn velocity(&self, velocity: [f64; 3], position: &[f64; 3], time_step: f64) -> [f64; 3] {
-        let approach: f64 = (0..3).map(|i| velocity[i] * self.normal[i]).sum();
-        let gap_new = self.gap(position) + time_step * approach;
+    pub(crate) fn velocity(
+        &self,
+        velocity: [f64; 3],
+        position: &[f64; 3],
+        time_step: f64,
+        free: [bool; 3],
+    ) -> [f64; 3] {
+        let gap_new = self.gap(position) + time_step * dot(&velocity, &self.normal);
         if gap_new >= 0.0 {
             return velocity;
         }
-        // the normal impulse per mass −g_{n+1}/Δt brings the gap to zero
-        let normal_change = -gap_new / time_step;
-        let tangential: [f64; 3] = std::array::from_fn(|i| velocity[i] - approach * self.normal[i]);
-        let speed = tangential.iter().map(|c| c * c).sum::<f64>().sqrt();
+        // n_f, the part of the normal along which the node can move; a node held against the wall is not the wall's
+        let free_normal: [f64; 3] = std::array::from_fn(|i| if free[i] { self.normal[i] } else { 0.0 });
+        let mobility = dot(&free_normal, &free_normal);
+        if mobility < SMALLEST_MOBILITY {
+            return velocity;
+        }
+        // the normal impulse per mass −g_{n+1}/(Δt n_f · n_f) brings the gap to zero
+        let normal_change = -gap_new / (time_step * mobility);
+        let approach = dot(&velocity, &free_normal) / mobility;
+        let tangential: [f64; 3] =
+            std::array::from_fn(|i| if free[i] { velocity[i] - approach * free_normal[i] } else { 0.0 });
+        let speed = dot(&tangential, &tangential).sqrt();
         let friction_change = (self.friction * normal_change).min(speed);
-        let kept = if speed > 0.0 { 1.0 - friction_change / speed } else { 1.0 };
-        std::array::from_fn(|i| kept * tangential[i] + (approach + normal_change) * self.normal[i])
+        let slowed = if speed > 0.0 { friction_change / speed } else { 0.0 };
+        std::array::from_fn(|i| velocity[i] + normal_change * self.normal[i] - slowed * tangential[i])
     }
+}
+
+/// A node whose free directions lie in the plane of a wall to this accuracy cannot be moved off it: sin² of 10⁻⁶ rad.
+const SMALLEST_MOBILITY: f64 = 1e-12;
+
+#[inline]
+pub(crate) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]
@@ -159,11 +190,31 @@ mod tests {
     #[test]
     fn wall_stops_a_node_on_its_plane_and_friction_never_reverses_sliding() {
         let wall = RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.5 };
-        let stopped = wall.velocity([3.0, 0.0, -2.0], &[0.0, 0.0, 0.1], 0.1);
+        let stopped = wall.velocity([3.0, 0.0, -2.0], &[0.0, 0.0, 0.1], 0.1, [true; 3]);
         assert_eq!(stopped, [2.5, 0.0, -1.0]);
-        let stuck = wall.velocity([0.1, 0.0, -2.0], &[0.0, 0.0, 0.0], 0.1);
+        let stuck = wall.velocity([0.1, 0.0, -2.0], &[0.0, 0.0, 0.0], 0.1, [true; 3]);
         assert_eq!(stuck, [0.0, 0.0, 0.0]);
-        let leaving = wall.velocity([0.1, 0.0, 2.0], &[0.0, 0.0, 0.0], 0.1);
+        let leaving = wall.velocity([0.1, 0.0, 2.0], &[0.0, 0.0, 0.0], 0.1, [true; 3]);
         assert_eq!(leaving, [0.1, 0.0, 2.0]);
+    }
+
+    #[test]
+    fn an_oblique_wall_stops_a_node_on_a_symmetry_plane() {
+        // x is held, the wall rises at 45° in x and y: along y alone the node must give way twice as far
+        let normal = [std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2, 0.0];
+        let wall = RigidWall { point: [0.0; 3], normal, friction: 0.0 };
+        let [_, y, z] = wall.velocity([0.0, -2.0, 3.0], &[0.0, 0.1, 0.0], 0.1, [false, true, true]);
+        assert!((y + 1.0).abs() < 1e-12 && z == 3.0, "{y} {z}");
+        // friction acts along z, the one direction of sliding that is left, up to μ times the change along the normal
+        let rough = RigidWall { friction: 0.5, ..wall };
+        let [_, y, z] = rough.velocity([0.0, -2.0, 3.0], &[0.0, 0.1, 0.0], 0.1, [false, true, true]);
+        assert!((y + 1.0).abs() < 1e-12 && (z - (3.0 - 0.5 * 2.0_f64.sqrt())).abs() < 1e-12, "{y} {z}");
+    }
+
+    #[test]
+    fn a_node_held_against_a_wall_is_left_to_its_constraint() {
+        let wall = RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.5 };
+        let driven = wall.velocity([1.0, 0.0, -2.0], &[0.0; 3], 0.1, [true, true, false]);
+        assert_eq!(driven, [1.0, 0.0, -2.0]);
     }
 }

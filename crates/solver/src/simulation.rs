@@ -41,6 +41,7 @@ pub struct Simulation {
     pub(crate) energies: Energies,
     pub(crate) constraint_work: CentredWork,
     pub(crate) contact_work: CentredWork,
+    pub(crate) step_change: CentredWork,
     pub(crate) momentum: [f64; 3],
     hexes: Vec<[u32; 8]>,
     /// Block and place in it of each hex.
@@ -155,9 +156,12 @@ impl Simulation {
 
         let mut mass = vec![0.0; node_count];
         let mut blocks = Vec::new();
+        let mut elastic_scale = 0.0;
         for part in &model.parts {
-            let corner_mass = add_mass(part, mesh, &mut mass)?;
-            let elements = block(part, mesh.hexes(), corner_mass, level);
+            let part_mass = add_mass(part, mesh, &mut mass)?;
+            let elasticity = part.material.elasticity();
+            elastic_scale += part_mass.total / elasticity.density() * elasticity.p_wave_modulus();
+            let elements = block(part, mesh.hexes(), part_mass.smallest_corners, level);
             blocks.push(Block { formulation: part.element, elements });
         }
         let massless: Vec<usize> = (0..node_count).filter(|&node| mass[node] <= 0.0).collect();
@@ -183,6 +187,7 @@ impl Simulation {
         let velocity = initial_velocity(&model, &reference);
         let initial_kinetic: f64 =
             mass.iter().zip(&velocity).map(|(mass, v)| 0.5 * mass * v.iter().map(|v| v * v).sum::<f64>()).sum();
+        let energies = Energies::new(initial_kinetic, elastic_scale, loads.len());
         let mut simulation = Self {
             settings: model.settings,
             step: 0,
@@ -198,9 +203,10 @@ impl Simulation {
             walls: model.walls,
             node_sums: vec![NodeSums::default(); NodeSums::chunk_count(node_count)],
             elements: ElementsReport::new(),
-            energies: Energies { initial_kinetic, load_work: vec![0.0; loads.len()], ..Energies::default() },
+            energies: energies.clone(),
             constraint_work: CentredWork::default(),
             contact_work: CentredWork::default(),
+            step_change: CentredWork::default(),
             momentum: [0.0; 3],
             hexes: mesh.hexes().to_vec(),
             place_of_hex,
@@ -220,9 +226,7 @@ impl Simulation {
         simulation.update_loads();
         simulation.kick();
         // what walls and constraints change at time 0 they change after it has been looked at
-        simulation.energies.kinetic = initial_kinetic;
-        simulation.energies.constraint_work = 0.0;
-        simulation.energies.contact = 0.0;
+        simulation.energies = energies;
         Ok(simulation)
     }
 
@@ -390,10 +394,13 @@ impl Simulation {
             block.elements.for_each_number(&mut visit);
         }
         let energies = &self.energies;
-        for number in [energies.kinetic, energies.internal, energies.plastic_dissipation, energies.viscous] {
+        for number in
+            [energies.kinetic, energies.internal, energies.plastic_dissipation, energies.viscous, energies.in_play]
+        {
             visit(number);
         }
-        for work in self.loads.iter().map(|load| &load.work).chain([&self.constraint_work, &self.contact_work]) {
+        let others = [&self.constraint_work, &self.contact_work, &self.step_change];
+        for work in self.loads.iter().map(|load| &load.work).chain(others) {
             visit(work.until_now);
             visit(work.begun);
         }
@@ -409,28 +416,37 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Adds the lumped mass of a part to its nodes; returns the smallest corner mass of each of its hexes.
-fn add_mass(part: &Part, mesh: &Mesh, mass: &mut [f64]) -> Result<Vec<f64>, ModelError> {
+/// Mass of a part.
+struct PartMass {
+    /// Smallest corner mass of each of its hexes, kg.
+    smallest_corners: Vec<f64>,
+    /// All of it, kg.
+    total: f64,
+}
+
+/// Adds the lumped mass of a part to its nodes.
+fn add_mass(part: &Part, mesh: &Mesh, mass: &mut [f64]) -> Result<PartMass, ModelError> {
     let density = part.material.elasticity().density();
-    part.hexes
-        .iter()
-        .map(|&hex| {
-            let nodes = &mesh.hexes()[hex as usize];
-            let corners = corner_vectors(nodes, |node| mesh.coordinates()[node]);
-            let jacobian = hex8::smallest_jacobian(&corners);
-            if !(jacobian.is_finite() && jacobian > 0.0) {
-                return Err(ModelError::BadHex { hex, what: "Jacobian at a quadrature point", value: jacobian });
-            }
-            let corner_mass = hex8::lumped_mass(&corners, density);
-            for (&node, corner_mass) in nodes.iter().zip(corner_mass) {
-                mass[node as usize] += corner_mass;
-            }
-            match corner_mass.into_iter().find(|mass| !(mass.is_finite() && *mass > 0.0)) {
-                Some(value) => Err(ModelError::BadHex { hex, what: "corner mass", value }),
-                None => Ok(corner_mass.into_iter().fold(f64::INFINITY, f64::min)),
-            }
-        })
-        .collect()
+    let mut part_mass = PartMass { smallest_corners: Vec::with_capacity(part.hexes.len()), total: 0.0 };
+    for &hex in &part.hexes {
+        let nodes = &mesh.hexes()[hex as usize];
+        let corners = corner_vectors(nodes, |node| mesh.coordinates()[node]);
+        let positive = |what, value: f64| {
+            if value.is_finite() && value > 0.0 { Ok(()) } else { Err(ModelError::BadHex { hex, what, value }) }
+        };
+        let jacobian = hex8::smallest_jacobian(&corners);
+        let central = hex8::central_jacobian(&corners);
+        let what = "Jacobian at the quadrature points and the centre";
+        positive(what, if central < jacobian { central } else { jacobian })?;
+        let corner_mass = hex8::lumped_mass(&corners, density);
+        for (&node, &corner_mass) in nodes.iter().zip(&corner_mass) {
+            positive("corner mass", corner_mass)?;
+            mass[node as usize] += corner_mass;
+        }
+        part_mass.total += corner_mass.iter().sum::<f64>();
+        part_mass.smallest_corners.push(corner_mass.into_iter().fold(f64::INFINITY, f64::min));
+    }
+    Ok(part_mass)
 }
 
 /// Part and place in it of every hex.
