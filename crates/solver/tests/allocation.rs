@@ -1,0 +1,54 @@
+//! Goal: one step allocates nothing, whatever acts.
+//!
+//! Mesh: 1,053 bricks, two parts; loads of every kind, a rough wall, held and driven nodes, bulk viscosity. A file of its
+//! own, since it counts what the whole process allocates.
+
+mod common;
+
+use common::{bricks, elastic, faces, load, nodes, prescribed, ramp, translation, until, yielding};
+use estar_solver::model::{
+    BulkViscosity, Direction, Fix, Formulation, LoadKind, Part, Quantity, RigidWall, TimeSettings,
+};
+use estar_solver::{Curve, LaneLevel, Model, Simulation};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use std::alloc::System;
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+#[test]
+fn one_step_allocates_nothing() {
+    let mesh = bricks([9e-3, 9e-3, 13e-3], [9, 9, 13]);
+    let curve = ramp(1e-5, 1e7);
+    let part = |hexes: std::ops::Range<u32>, material, element| Part { hexes: hexes.collect(), material, element };
+    let model = Model {
+        parts: vec![
+            part(0..900, yielding(300e6, 1e9), Formulation::FBar),
+            part(900..1053, elastic(), Formulation::Full),
+        ],
+        fixes: vec![Fix { nodes: nodes(&mesh, "x_min"), directions: vec![Direction::X] }],
+        prescribed: vec![prescribed(nodes(&mesh, "y_min"), Direction::Y, Quantity::Velocity, Curve::constant(1.0))],
+        initial_velocities: vec![translation(&mesh, [0.0, 0.0, -200.0])],
+        loads: vec![
+            load("gravity", LoadKind::Gravity { acceleration: [0.0, 0.0, -9.81] }),
+            load("pressure", LoadKind::Pressure { faces: faces(&mesh, "x_max"), curve: curve.clone() }),
+            load("traction", LoadKind::Traction { faces: faces(&mesh, "z_max"), direction: [0.0, 1.0, 0.0], curve }),
+        ],
+        walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.2 }],
+        settings: TimeSettings { bulk_viscosity: Some(BulkViscosity { linear: 0.06, quadratic: 1.2 }), ..until(1e-3) },
+    };
+    let mut simulation = Simulation::new(&mesh, model, LaneLevel::best()).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let change = pool.install(|| {
+        // the pool's queues find their size
+        for _ in 0..5 {
+            simulation.advance().unwrap();
+        }
+        let region = Region::new(ALLOCATOR);
+        for _ in 0..30 {
+            simulation.advance().unwrap();
+        }
+        region.change()
+    });
+    assert_eq!((change.allocations, change.reallocations, change.deallocations), (0, 0, 0), "{change:?}");
+}

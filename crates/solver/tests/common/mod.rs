@@ -1,0 +1,148 @@
+//! What the tests of the solver share: materials, meshes, and a run that must not fail.
+
+// each file of tests uses a part of this
+#![allow(dead_code)]
+
+use estar_material::{ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, MaterialModel};
+use estar_mesh::generate::{BoxSpec, box_mesh};
+use estar_mesh::{ElementLabel, Mesh, NodeLabel};
+use estar_solver::model::{
+    Direction, Formulation, InitialVelocity, Load, LoadKind, Part, Prescribed, Quantity, Spin, TimeSettings,
+};
+use estar_solver::{Curve, Interpolation, LaneLevel, Model, Simulation};
+
+pub const FORMULATIONS: [Formulation; 2] = [Formulation::Full, Formulation::FBar];
+pub const DIRECTIONS: [Direction; 3] = [Direction::X, Direction::Y, Direction::Z];
+
+pub fn elasticity(density: f64, young_modulus: f64, poisson_ratio: f64) -> IsotropicElasticity {
+    let constants = (ElasticConstant::YoungModulus(young_modulus), ElasticConstant::PoissonRatio(poisson_ratio));
+    IsotropicElasticity::new(density, constants.0, constants.1).unwrap()
+}
+
+/// Steel: ρ = 7850 kg/m³, E = 200 GPa, ν = 0.3.
+pub fn steel() -> IsotropicElasticity {
+    elasticity(7850.0, 200e9, 0.3)
+}
+
+pub fn elastic() -> MaterialModel {
+    MaterialModel::elastic(steel())
+}
+
+/// Steel that yields at `yield_stress` and hardens linearly.
+pub fn yielding(yield_stress: f64, modulus: f64) -> MaterialModel {
+    let hardening = IsotropicHardening::linear(yield_stress, modulus).unwrap();
+    MaterialModel::e_star_box_rate(steel(), hardening, KinematicHardening::NONE)
+}
+
+pub fn bricks(lengths: [f64; 3], cells: [u32; 3]) -> Mesh {
+    box_mesh(&BoxSpec::new(lengths, cells).unwrap())
+}
+
+pub fn nodes(mesh: &Mesh, group: &str) -> Vec<u32> {
+    mesh.group(group).unwrap().nodes.clone()
+}
+
+pub fn faces(mesh: &Mesh, group: &str) -> Vec<[u32; 4]> {
+    mesh.outward_faces(mesh.group(group).unwrap()).unwrap()
+}
+
+pub fn all_nodes(mesh: &Mesh) -> Vec<u32> {
+    (0..mesh.node_count() as u32).collect()
+}
+
+/// The same mesh at other coordinates.
+pub fn moved(mesh: &Mesh, coordinates: Vec<[f64; 3]>) -> Mesh {
+    let (node_labels, hex_labels) = (mesh.node_labels().to_vec(), mesh.hex_labels().to_vec());
+    Mesh::new(coordinates, node_labels, mesh.hexes().to_vec(), hex_labels, mesh.groups().to_vec()).unwrap()
+}
+
+/// A mesh numbered from 1, without groups.
+pub fn mesh_of(coordinates: Vec<[f64; 3]>, hexes: Vec<[u32; 8]>) -> Mesh {
+    let node_labels = (1..=coordinates.len() as u64).map(NodeLabel).collect();
+    let hex_labels = (1..=hexes.len() as u64).map(ElementLabel).collect();
+    Mesh::new(coordinates, node_labels, hexes, hex_labels, Vec::new()).unwrap()
+}
+
+/// Seven hexes in a unit cube: the outer eight nodes are 0 to 7, the inner hex has the nodes 8 to 15, nowhere a
+/// parallelepiped (the coordinates of MacNeal & Harder 1985).
+pub fn patch_of_seven() -> Mesh {
+    let outer = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
+    let inner = [
+        [0.249, 0.342, 0.192],
+        [0.826, 0.288, 0.288],
+        [0.850, 0.649, 0.263],
+        [0.273, 0.750, 0.230],
+        [0.320, 0.186, 0.643],
+        [0.677, 0.305, 0.683],
+        [0.788, 0.693, 0.644],
+        [0.165, 0.745, 0.702],
+    ];
+    let coordinates = outer.map(|x| x.map(f64::from)).into_iter().chain(inner).collect();
+    let faces = [[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [3, 2, 6, 7], [0, 3, 7, 4], [1, 5, 6, 2]];
+    // each face of the outer cube with the same face of the inner one
+    let around = faces.map(|[a, b, c, d]: [u32; 4]| [a, b, c, d, a + 8, b + 8, c + 8, d + 8]);
+    let hexes = [[8, 9, 10, 11, 12, 13, 14, 15]].into_iter().chain(around).collect();
+    mesh_of(coordinates, hexes)
+}
+
+/// One part of all hexes.
+pub fn whole(mesh: &Mesh, material: MaterialModel, element: Formulation) -> Vec<Part> {
+    vec![Part { hexes: (0..mesh.hex_count() as u32).collect(), material, element }]
+}
+
+pub fn until(end: f64) -> TimeSettings {
+    TimeSettings { end, ..TimeSettings::default() }
+}
+
+pub fn translation(mesh: &Mesh, velocity: [f64; 3]) -> InitialVelocity {
+    InitialVelocity { nodes: all_nodes(mesh), translation: velocity, spin: None }
+}
+
+pub fn spinning(mesh: &Mesh, velocity: [f64; 3], spin: Spin) -> InitialVelocity {
+    InitialVelocity { nodes: all_nodes(mesh), translation: velocity, spin: Some(spin) }
+}
+
+pub fn prescribed(nodes: Vec<u32>, direction: Direction, quantity: Quantity, curve: Curve) -> Prescribed {
+    Prescribed { nodes, direction, quantity, curve }
+}
+
+pub fn load(name: &str, kind: LoadKind) -> Load {
+    Load { name: name.to_owned(), kind }
+}
+
+/// From 0 at time 0 smoothly to `value` at time `end`.
+pub fn ramp(end: f64, value: f64) -> Curve {
+    Curve::new(vec![[0.0, 0.0], [end, value]], Interpolation::Smooth).unwrap()
+}
+
+pub fn new(mesh: &Mesh, model: Model) -> Simulation {
+    Simulation::new(mesh, model, LaneLevel::best()).unwrap()
+}
+
+/// Runs to the end, in one thread, and shows every state to `visit`.
+pub fn run(simulation: &mut Simulation, mut visit: impl FnMut(&Simulation) + Send) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        while !simulation.is_finished() {
+            simulation.advance().unwrap();
+            visit(simulation);
+        }
+    });
+}
+
+pub fn norm(vector: [f64; 3]) -> f64 {
+    dot(vector, vector).sqrt()
+}
+
+pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+#[track_caller]
+pub fn assert_close(value: f64, expected: f64, tolerance: f64) {
+    assert!((value - expected).abs() <= tolerance, "{value} instead of {expected} ± {tolerance}");
+}

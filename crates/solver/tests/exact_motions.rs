@@ -1,0 +1,316 @@
+//! Goal: motions whose answer is known exactly.
+//!
+//! Mesh: one brick, a cube of a few, or an irregular patch of seven hexes. Loading: prescribed motion, gravity, spin.
+//! Source: closed forms.
+
+mod common;
+
+use common::{
+    DIRECTIONS, FORMULATIONS, all_nodes, assert_close, bricks, elastic, load, mesh_of, minus, new, norm,
+    patch_of_seven, prescribed, ramp, run, spinning, steel, translation, until, whole, yielding,
+};
+use estar_mesh::Mesh;
+use estar_solver::model::{
+    Direction, Formulation, InitialVelocity, LoadKind, Prescribed, Quantity, Spin, TimeSettings,
+};
+use estar_solver::{Curve, Interpolation, Model, Simulation};
+use estar_tensor::{Rotation, SymmetricTensor, Tensor, Vector3};
+
+/// Moves `nodes` along straight lines between the maps of a path, X ↦ F X at each time.
+fn along(mesh: &Mesh, nodes: &[u32], path: &[(f64, Tensor<f64>)]) -> Vec<Prescribed> {
+    let mut driven = Vec::new();
+    for &node in nodes {
+        let x = Vector3(mesh.coordinates()[node as usize]);
+        for direction in DIRECTIONS {
+            let displacement = |map: &Tensor<f64>| (map.apply(x) - x).0[direction.index()];
+            let points = path.iter().map(|(time, map)| [*time, displacement(map)]).collect();
+            let curve = Curve::new(points, Interpolation::Linear).unwrap();
+            driven.push(prescribed(vec![node], direction, Quantity::Displacement, curve));
+        }
+    }
+    driven
+}
+
+/// Initial velocities v = G X.
+fn homogeneous_velocity(mesh: &Mesh, gradient: &Tensor<f64>) -> Vec<InitialVelocity> {
+    let velocity = |node: u32| gradient.apply(Vector3(mesh.coordinates()[node as usize])).0;
+    let entry = |node| InitialVelocity { nodes: vec![node], translation: velocity(node), spin: None };
+    all_nodes(mesh).into_iter().map(entry).collect()
+}
+
+/// Patch test: an irregular patch of seven hexes whose outer nodes follow a uniform velocity gradient. The inner nodes
+/// are free and must follow, and stress must be uniform, elastic and plastic.
+///
+/// Source: Irons' patch test as Belytschko, Liu & Moran pose it for dynamics, with the patch of MacNeal & Harder (1985).
+#[test]
+fn patch_test_inner_nodes_follow_and_stress_is_uniform() {
+    let mesh = patch_of_seven();
+    let outer: Vec<u32> = (0..8).collect();
+    let end = 3e-4;
+    let unit = |i: usize, j: usize| {
+        let mut gradient = Tensor::zero();
+        gradient.columns[j].0[i] = 0.01;
+        gradient
+    };
+    let mut gradients: Vec<Tensor<f64>> = (0..9).map(|k| unit(k / 3, k % 3)).collect();
+    gradients.push(Tensor::from_rows([[0.2, 0.3, -0.1], [-0.4, -0.1, 0.1], [0.2, 0.1, -0.05]]));
+    for gradient in gradients {
+        let rate = gradient * (1.0 / end);
+        for formulation in FORMULATIONS {
+            for material in [elastic(), yielding(300e6, 1e9)] {
+                let model = Model {
+                    parts: whole(&mesh, material, formulation),
+                    prescribed: along(
+                        &mesh,
+                        &outer,
+                        &[(0.0, Tensor::identity()), (end, Tensor::identity() + gradient)],
+                    ),
+                    initial_velocities: homogeneous_velocity(&mesh, &rate),
+                    settings: until(end),
+                    ..Model::default()
+                };
+                let mut simulation = new(&mesh, model);
+                run(&mut simulation, |_| ());
+                for (x, u) in mesh.coordinates().iter().zip(simulation.displacement()) {
+                    let expected = gradient.apply(Vector3(*x)).0;
+                    assert!(norm(minus(*u, expected)) < 1e-12, "{gradient:?} {formulation:?}: {u:?} {expected:?}");
+                }
+                let fields = simulation.hex_fields();
+                let first = SymmetricTensor(fields.cauchy_stress[0]);
+                for stress in &fields.cauchy_stress {
+                    let difference = SymmetricTensor(*stress) - first;
+                    let relative = (difference.norm_squared() / first.norm_squared()).sqrt();
+                    assert!(relative < 1e-10, "{gradient:?} {formulation:?}: {relative:e}");
+                }
+                assert!(simulation.energies().error().abs() < 1e-3, "{}", simulation.energies().error());
+            }
+        }
+    }
+}
+
+/// One distorted hex falls freely from rest: u = ½ g t², v = g t, at every step, whatever its length. The lumped mass is
+/// right, and the ledger holds from the first step on.
+#[test]
+fn one_free_brick_falls_with_exactly_g() {
+    let patch = patch_of_seven();
+    let mesh = mesh_of(patch.coordinates()[8..].to_vec(), vec![[0, 1, 2, 3, 4, 5, 6, 7]]);
+    let acceleration = [0.3, -4.0, -9.81];
+    for formulation in FORMULATIONS {
+        let model = Model {
+            parts: whole(&mesh, elastic(), formulation),
+            loads: vec![load("gravity", LoadKind::Gravity { acceleration })],
+            settings: TimeSettings { energy_error_limit: 1e-9, ..until(5e-3) },
+            ..Model::default()
+        };
+        let mut simulation = new(&mesh, model);
+        let mass: f64 = simulation.mass().iter().sum();
+        run(&mut simulation, |now| {
+            let time = now.time();
+            for i in 0..3 {
+                let (u, v) = (0.5 * acceleration[i] * time * time, acceleration[i] * time);
+                let tolerance = |value: f64| 1e-12 * value.abs();
+                for (displacement, velocity) in now.displacement().iter().zip(now.velocity()) {
+                    assert_close(displacement[i], u, tolerance(u));
+                    assert_close(velocity[i], v, tolerance(v));
+                }
+                assert_close(now.momentum()[i], mass * v, tolerance(mass * v));
+            }
+            let work = 0.5 * mass * (norm(acceleration) * time).powi(2);
+            assert_close(now.energies().load_work[0], work, 1e-12 * work);
+            assert!(now.energies().error().abs() < 1e-12, "{}", now.energies().error());
+        });
+        assert_eq!(simulation.time(), 5e-3);
+    }
+}
+
+/// A cube spun at 105 rad/s about an oblique axis while it flies, for one turn.
+///
+/// Source: Newton's laws; the case is that of NimbleSM's and Sierra's momentum tests.
+#[test]
+fn a_spinning_cube_keeps_its_momenta_and_its_energy() {
+    let mesh = bricks([0.1; 3], [2; 3]);
+    let rate = [1.0, 2.0, 2.0].map(|c| 105.0 * c / 3.0);
+    let end = std::f64::consts::TAU / 105.0;
+    let start = {
+        let model = Model {
+            parts: whole(&mesh, elastic(), Formulation::FBar),
+            initial_velocities: vec![spinning(&mesh, [3.0, 0.0, -1.0], Spin { rate, centre: [0.05; 3] })],
+            settings: until(end),
+            ..Model::default()
+        };
+        new(&mesh, model)
+    };
+    let mut simulation = start;
+    let (momentum, angular) = (simulation.momentum(), simulation.angular_momentum());
+    let energy = simulation.energies().initial_kinetic;
+    let (mut momentum_drift, mut angular_drift, mut energy_drift) = (0.0_f64, 0.0_f64, 0.0_f64);
+    run(&mut simulation, |now| {
+        momentum_drift = momentum_drift.max(norm(minus(now.momentum(), momentum)) / norm(momentum));
+        angular_drift = angular_drift.max(norm(minus(now.angular_momentum(), angular)) / norm(angular));
+        let total = now.energies().kinetic + now.energies().internal;
+        energy_drift = energy_drift.max((total / energy - 1.0).abs());
+    });
+    println!("spin: {} steps, {momentum_drift:e} {angular_drift:e} {energy_drift:e}", simulation.step());
+    assert!(momentum_drift < 1e-12, "{momentum_drift:e}");
+    assert!(angular_drift < 1e-12, "{angular_drift:e}");
+    assert!(energy_drift < 1e-3, "{energy_drift:e}");
+    // one turn later every corner is where it was, moved with the centre (the cube is a little wider: centrifugal strain)
+    for u in simulation.displacement() {
+        let flown = [3.0 * end, 0.0, -end];
+        assert!(norm(minus(*u, flown)) < 1e-5, "{u:?}");
+    }
+}
+
+/// Stretch, then a rigid turn by 150° between two instants that lie within one step: Cauchy stress turns with the body
+/// and the rotated stress keeps its value to rounding.
+///
+/// Source: the box rate in mid-step form (de Vera 2016, section 6.5; Hughes & Winget 1980 for the incremental idea).
+#[test]
+fn a_rotation_of_150_degrees_in_one_step_turns_the_stress_with_the_body() {
+    let mesh = bricks([1e-3; 3], [1; 3]);
+    let stretch = Tensor::from_rows([[1.003, 0.001, 0.0], [0.002, 0.998, 0.001], [0.0, -0.001, 1.001]]);
+    let turn = Rotation::about([1.0, -2.0, 0.5], 150_f64.to_radians()).to_tensor();
+    let (pulled, end) = (2e-6, 4e-6);
+    let path = [
+        (0.0, Tensor::identity()),
+        (pulled, stretch),
+        (3e-6, stretch),
+        (3e-6 + 1e-12, turn.dot(&stretch)),
+        (end, turn.dot(&stretch)),
+    ];
+    for formulation in FORMULATIONS {
+        let model = Model {
+            parts: whole(&mesh, elastic(), formulation),
+            prescribed: along(&mesh, &all_nodes(&mesh), &path),
+            settings: until(end),
+            ..Model::default()
+        };
+        let mut simulation = new(&mesh, model);
+        let mut before = [0.0; 6];
+        run(&mut simulation, |now| {
+            if now.time() < 3e-6 {
+                before = now.hex_fields().cauchy_stress[0];
+            }
+        });
+        let after = SymmetricTensor(simulation.hex_fields().cauchy_stress[0]);
+        let expected = SymmetricTensor(before).pushed_by(&turn);
+        let error = ((after - expected).norm_squared() / expected.norm_squared()).sqrt();
+        println!("turn: {error:e}");
+        // a strain is rounded at 10⁻¹⁶ times the size of the step, Δt L = 2 tan 75°, beside an elastic strain of 10⁻³
+        assert!(expected.norm_squared() > 1e16 && error < 1e-11, "{error:e}");
+    }
+}
+
+/// Elastic simple shear F = I + γ e₁⊗e₂ of one hex driven at all its nodes, up to γ = 10.
+///
+/// Source: the closed form of the box rate with tan β = γ/2 (Dienes 1979; de Vera 2016, section 6.5):
+/// T₁₂ = 2μ cos 2β (2β − 2 tan 2β ln cos β − tan β), T₁₁ = −T₂₂ = 4μ (cos 2β ln cos β + β sin 2β − sin² β).
+#[test]
+fn simple_shear_to_ten_meets_the_closed_form_of_the_box_rate() {
+    let mesh = bricks([1e-3; 3], [1; 3]);
+    let shear_modulus = steel().shear_modulus();
+    let closed_form = |gamma: f64| {
+        let b = (0.5 * gamma).atan();
+        let (ln_cos, (sine, cosine)) = (b.cos().ln(), (2.0 * b).sin_cos());
+        // cos 2β tan 2β = sin 2β, which has no pole at γ = 2
+        let t12 = 2.0 * (cosine * (2.0 * b - b.tan()) - 2.0 * sine * ln_cos);
+        let t11 = 4.0 * (cosine * ln_cos + b * sine - b.sin() * b.sin());
+        [t11, t12]
+    };
+    // figures that others printed for γ = 1, 2 and 5
+    for (gamma, [t12, t11]) in [
+        (1.0, [0.869784, 0.415900]),
+        (2.0, [2.0 * 2_f64.ln(), std::f64::consts::PI - 2.0]),
+        (5.0, [2.905369, 2.704319]),
+    ] {
+        let [a, b] = closed_form(gamma);
+        assert!((a - t11).abs() < 1e-6 && (b - t12).abs() < 1e-6);
+    }
+    let end = 1e-3;
+    for formulation in FORMULATIONS {
+        let top: Vec<u32> = mesh.group("y_max").unwrap().nodes.clone();
+        let shear = Curve::new(vec![[0.0, 0.0], [end, 1e-2]], Interpolation::Linear).unwrap();
+        let mut driven = vec![prescribed(top.clone(), Direction::X, Quantity::Displacement, shear)];
+        let held: Vec<u32> = mesh.group("y_min").unwrap().nodes.clone();
+        driven.push(prescribed(held, Direction::X, Quantity::Displacement, Curve::constant(0.0)));
+        for direction in [Direction::Y, Direction::Z] {
+            driven.push(prescribed(all_nodes(&mesh), direction, Quantity::Displacement, Curve::constant(0.0)));
+        }
+        let model = Model {
+            parts: whole(&mesh, elastic(), formulation),
+            prescribed: driven,
+            settings: until(end),
+            ..Model::default()
+        };
+        let mut simulation = new(&mesh, model);
+        let mut worst = 0.0_f64;
+        run(&mut simulation, |now| {
+            let gamma = 1e3 * now.displacement()[top[0] as usize][0];
+            let [t11, t12] = closed_form(gamma);
+            let stress = now.hex_fields().cauchy_stress[0].map(|component| component / shear_modulus);
+            let expected = [t11, -t11, 0.0, t12, 0.0, 0.0];
+            for (component, expected) in stress.iter().zip(expected) {
+                worst = worst.max((component - expected).abs() / gamma.max(0.1));
+            }
+        });
+        println!("shear: {} steps, {worst:e}", simulation.step());
+        assert!(worst < 1e-6, "{worst:e}");
+        assert!(simulation.energies().error().abs() < 1e-6, "{}", simulation.energies().error());
+    }
+}
+
+/// Nodes driven by a displacement, a velocity and an acceleration are where the curve and its integrals say.
+#[test]
+fn prescribed_motions_meet_their_curves() {
+    let mesh = bricks([2e-3, 1e-3, 1e-3], [2, 1, 1]);
+    let end = 1e-5;
+    let group = |name: &str| mesh.group(name).unwrap().nodes.clone();
+    let displacement = ramp(0.8 * end, 1e-5);
+    let velocity = Curve::new(vec![[0.0, 1.0], [0.3 * end, -0.5], [end, 2.0]], Interpolation::Linear).unwrap();
+    let acceleration = Curve::new(vec![[0.1 * end, 1e5], [0.7 * end, -3e5]], Interpolation::Smooth).unwrap();
+    let driven = vec![
+        prescribed(group("x_min"), Direction::X, Quantity::Displacement, displacement.clone()),
+        prescribed(group("x_max"), Direction::Y, Quantity::Velocity, velocity.clone()),
+        prescribed(group("x_max"), Direction::Z, Quantity::Acceleration, acceleration.clone()),
+    ];
+    let model = Model {
+        parts: whole(&mesh, elastic(), Formulation::FBar),
+        prescribed: driven,
+        settings: TimeSettings { safety_factor: 0.05, ..until(end) },
+        ..Model::default()
+    };
+    let (left, right) = (group("x_min")[0] as usize, group("x_max")[0] as usize);
+    let check = |now: &Simulation| {
+        let time = now.time();
+        let u = now.displacement();
+        assert_close(u[left][0], displacement.value(time), 1e-19);
+        assert_close(u[right][1], velocity.integral(time), 1e-19);
+        assert_close(u[right][2], acceleration.double_integral(time), 1e-19);
+        // velocity and acceleration follow by differences, of second order in the step
+        assert_close(now.velocity()[right][1], velocity.value(time), 0.02);
+        assert_close(now.velocity()[right][2], acceleration.integral(time), 0.01);
+    };
+    let mut simulation = new(&mesh, model);
+    run(&mut simulation, check);
+    assert_close(simulation.acceleration()[right][2], -3e5, 1e3);
+}
+
+/// A body that nothing acts on flies straight, and no energy moves.
+#[test]
+fn free_flight_changes_nothing_but_the_place() {
+    let mesh = patch_of_seven();
+    let model = Model {
+        parts: whole(&mesh, yielding(300e6, 1e9), Formulation::FBar),
+        initial_velocities: vec![translation(&mesh, [100.0, -40.0, 7.0])],
+        settings: until(1e-3),
+        ..Model::default()
+    };
+    let mut simulation = new(&mesh, model);
+    run(&mut simulation, |_| ());
+    for u in simulation.displacement() {
+        assert!(norm(minus(*u, [0.1, -0.04, 0.007])) < 1e-12);
+    }
+    let energies = simulation.energies();
+    assert!(energies.internal.abs() < 1e-15 * energies.kinetic);
+    assert!(energies.error().abs() < 1e-13);
+}
