@@ -35,8 +35,12 @@ def runs(meshes):
         for element in ["hex8-f-bar", "hex8"]:
             mesh = quoted(meshes / f"cook{n}.msh")
             yield f"cook-{n}-{element}", "meshes/cook/cook.toml", {"mesh.file": mesh, "part.0.element": quoted(element)}
-    slow = {"traction.0.curve": '[[0.0, 0.0], ["10 ms", "312.5 MPa"]]', "time.end": quoted("11 ms")}
-    yield "cook-8-slow", "meshes/cook/cook.toml", slow
+    for name, n, ramp, end in [("slow", 8, 10, 11), ("slow20", 8, 20, 22), ("slow40", 8, 40, 44), ("slow", 16, 10, 11), ("slow", 32, 10, 11)]:
+        yield f"cook-{n}-{name}", "meshes/cook/cook.toml", {
+            "mesh.file": quoted(meshes / f"cook{n}.msh"),
+            "traction.0.curve": f'[[0.0, 0.0], ["{ramp} ms", "312.5 MPa"]]',
+            "time.end": quoted(f"{end} ms"),
+        }
     for name, scale in [("neck405", 1e-3), ("neck960", 1.0), ("neck3240", 1e-3)]:
         for time in PULL_TIMES:
             yield f"{name}-{time}", "meshes/necking/necking.toml", {
@@ -225,12 +229,14 @@ def draw_necking(directory, plt):
     figure, axes = plt.subplots(1, 3, figsize=(10.4, 3.5))
     for name, shade in [("neck405", GOLD), ("neck960", BLUE), ("neck3240", INK)]:
         for time, dashes in zip(PULL_TIMES, [":", "--", "-"]):
+            if not (directory / f"{name}-{time}" / "summary.json").exists():
+                continue
             run = Run(directory, f"{name}-{time}")
             label = f"{run.summary['mesh']['hexes']:,} hexes"
             u = run.mm("elongation")
-            axes[0].plot(u, run.mm("neck_radius"), color=shade, ls=dashes, lw=1.3, label=label if dashes == "-" else None)
+            axes[0].plot(u, run.mm("neck_radius"), color=shade, ls=dashes, lw=1.3, label=label if dashes == "--" else None)
             axes[1].plot(u, run.mm("neck_radius"), color=shade, ls=dashes, lw=1.3)
-            if dashes == "-":
+            if dashes == "--":
                 axes[2].plot(u, [4e-3 * abs(f) for f in run["quarter_force"]], color=shade, lw=1.3)
     for axis in axes[:2]:
         axis.errorbar(*NECK, yerr=0.1, fmt="o", color=RED, ms=4, mfc="none", lw=1, capsize=2, label="Simo & Hughes, ±0.1")
@@ -243,7 +249,7 @@ def draw_necking(directory, plt):
     axes[0].legend(loc="lower left")
     axes[1].set(xlabel="half elongation, mm", title="the same, from 5 mm", xlim=(5, 7.15), ylim=(2.1, 4.9))
     axes[2].axhspan(76.89, 79.73, color=RED, alpha=0.12, lw=0, label="Considère: 76.9 to 79.7 kN")
-    axes[2].set(xlabel="half elongation, mm", title="force on the whole bar, kN", ylim=(0, 90))
+    axes[2].set(xlabel="half elongation, mm", title="force on the whole bar in 4.2 ms, kN", ylim=(0, 90))
     axes[2].legend(loc="lower left")
     save(figure, "necking.png")
 
