@@ -99,6 +99,7 @@ pub struct EnergySummary {
     pub prescribed_work: f64,
     pub contact_energy: f64,
     pub mass_scaling_energy: f64,
+    pub step_change_energy: f64,
 }
 
 /// Extremes over the elements.
@@ -140,6 +141,7 @@ impl EnergySummary {
             prescribed_work: energies.constraint_work,
             contact_energy: energies.contact,
             mass_scaling_energy: 0.0,
+            step_change_energy: energies.step_change,
         }
     }
 }

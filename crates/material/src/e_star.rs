@@ -183,6 +183,10 @@ impl<K: KinematicRule> Material for EStar<K> {
         }
     }
 
+    fn equivalent_plastic_strain<R: Real>(&self, state: &K::State<R>) -> R {
+        K::parts(state).1
+    }
+
     fn output(&self, state: &K::State<f64>, rotation: &Tensor<f64>) -> PointOutput {
         let (stress, strain, _) = K::parts(state);
         PointOutput { cauchy_stress: stress.pushed_by(rotation), equivalent_plastic_strain: strain }

@@ -209,6 +209,10 @@ impl Material for EStarTotal {
         }
     }
 
+    fn equivalent_plastic_strain<R: Real>(&self, state: &EStarTotalState<R>) -> R {
+        state.equivalent_plastic_strain
+    }
+
     fn output(&self, state: &EStarTotalState<f64>, _rotation: &Tensor<f64>) -> PointOutput {
         PointOutput { cauchy_stress: state.stress, equivalent_plastic_strain: state.equivalent_plastic_strain }
     }

@@ -27,6 +27,9 @@ pub trait Material: Clone + Send + Sync + 'static {
         time_step: f64,
     ) -> MaterialUpdate<R, Self::State<R>>;
 
+    /// ε̄ᵖ of a history.
+    fn equivalent_plastic_strain<R: Real>(&self, state: &Self::State<R>) -> R;
+
     /// What a user sees of a history whose rotation is `rotation`.
     fn output(&self, state: &Self::State<f64>, rotation: &Tensor<f64>) -> PointOutput;
 

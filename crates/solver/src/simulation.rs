@@ -280,16 +280,9 @@ impl Simulation {
 
     /// Extremes over the elements; looks at every quadrature point.
     pub fn extremes(&self) -> Extremes {
-        let mut strain: f64 = 0.0;
-        for block in &self.blocks {
-            for element in 0..block.elements.hexes().len() {
-                for output in block.elements.outputs(element) {
-                    strain = strain.max(output.equivalent_plastic_strain);
-                }
-            }
-        }
+        let strains = self.blocks.iter().map(|block| block.elements.largest_plastic_strain());
         Extremes {
-            max_equivalent_plastic_strain: strain,
+            max_equivalent_plastic_strain: strains.fold(0.0, f64::max),
             min_jacobian: self.elements.min_jacobian.value,
             stable_time_step: self.elements.stable_time_step.value,
             controlling_hex: self.elements.stable_time_step.element,

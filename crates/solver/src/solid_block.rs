@@ -93,6 +93,9 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Stable time step of an element on its last geometry, s.
     fn stable_time_step(&self, element: usize) -> f64;
 
+    /// Largest equivalent plastic strain of a quadrature point.
+    fn largest_plastic_strain(&self) -> f64;
+
     /// What a user sees of each quadrature point of an element.
     fn outputs(&self, element: usize) -> [PointOutput; POINTS];
 
@@ -222,6 +225,16 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
 
     fn stable_time_step(&self, element: usize) -> f64 {
         self.history[element / R::LANES].stable_time_step.lane(element % R::LANES)
+    }
+
+    fn largest_plastic_strain(&self) -> f64 {
+        // the copies that fill the last pack have the strains of an element that is counted anyway
+        let of_pack = |pack: &History<M, R>| {
+            let strains = pack.states.iter().map(|state| self.material.equivalent_plastic_strain(state));
+            let largest = strains.fold(R::splat(0.0), R::max);
+            (0..R::LANES).map(|lane| largest.lane(lane)).fold(0.0, f64::max)
+        };
+        self.history.par_iter().with_min_len(CHUNK).map(of_pack).reduce(|| 0.0, f64::max)
     }
 
     fn outputs(&self, element: usize) -> [PointOutput; POINTS] {
