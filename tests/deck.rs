@@ -1,6 +1,8 @@
 //! The deck: what is read, and what a user is told about what cannot be read.
 
 use estar::deck::{self, Reading};
+use estar::diagnostics::Diagnostics;
+use estar::output::output_plan;
 use std::path::Path;
 
 const GOOD: &str = r#"
@@ -208,6 +210,41 @@ fn overrides_are_read_like_the_deck() {
     let reading = deck::read(Path::new("deck.toml"), GOOD, &["time.end=\"1 mm\"".to_owned()]);
     let told = reading.decoder.diagnostics.render(&reading.sources, false);
     assert_told(&told, &["--set time.end=\"1 mm\":1:10", "must be a time, not a length"]);
+}
+
+#[test]
+fn an_output_field_is_named_once() {
+    let deck = format!("{GOOD}[output]\nfields = [\"velocity\", \"pressure\", \"velocity\"]\n");
+    let reading = read(&deck);
+    let mut diagnostics = Diagnostics::default();
+    output_plan(&reading.deck.unwrap(), &mut diagnostics);
+    let told = diagnostics.render(&reading.sources, false);
+    assert_told(&told, &["names a field twice", "the second time", "the first time", "1 error"]);
+}
+
+#[test]
+fn names_can_be_seen_and_have_no_control_characters() {
+    for name in ["", " ", "a,b", "a\\nb", "\\u0000"] {
+        let told = told_after("name = \"length\"", &format!("name = \"{name}\""));
+        assert_told(&told, &["a probe cannot be named", "control character"]);
+    }
+}
+
+#[test]
+fn of_very_many_names_the_first_are_listed() {
+    let materials: String = (0..3000)
+        .map(|index| {
+            format!(
+                "[material.m{index}]\ntheory = \"elastic\"\ndensity = 1.0\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n"
+            )
+        })
+        .collect();
+    let told = told(&GOOD.replacen("material = \"copper\"", "material = \"gold\"", 1).replacen(
+        "[[part]]",
+        &format!("{materials}[[part]]"),
+        1,
+    ));
+    assert_told(&told, &["there is no material `gold`", "`copper`, `m0`", ", and 2971 more"]);
 }
 
 #[test]

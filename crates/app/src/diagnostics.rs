@@ -294,10 +294,16 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     (distance <= (wanted.chars().count() / 3).max(1)).then_some(best)
 }
 
-/// Names in back quotes, separated by commas.
+/// Names in back quotes, separated by commas; of very many, the first.
 pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let quoted: Vec<_> = names.into_iter().map(|name| format!("`{name}`")).collect();
-    quoted.join(", ")
+    const MOST_LISTED: usize = 30;
+    let mut names = names.into_iter();
+    let quoted: Vec<_> = names.by_ref().take(MOST_LISTED).map(|name| format!("`{name}`")).collect();
+    let more = match names.count() {
+        0 => String::new(),
+        count => format!(", and {count} more"),
+    };
+    quoted.join(", ") + &more
 }
 
 #[cfg(test)]

@@ -53,9 +53,15 @@ pub fn output_plan(deck: &Deck, diagnostics: &mut Diagnostics) -> OutputPlan {
         let diagnostic = Diagnostic::error("`output` has both `history` and `history_steps`");
         diagnostics.push(diagnostic.at(steps.span, "in steps").at(history.span, "in time").help("one is enough"));
     }
+    for (index, field) in output.fields.iter().enumerate() {
+        if let Some(first) = output.fields[..index].iter().find(|other| other.value == field.value) {
+            let diagnostic = Diagnostic::error("`output.fields` names a field twice").at(field.span, "the second time");
+            diagnostics.push(diagnostic.at(first.span, "the first time").help("once is enough"));
+        }
+    }
     let frames = output.frames.map_or(DEFAULT_FRAMES, |frames| frames.value.0);
     OutputPlan {
-        fields: output.fields.clone(),
+        fields: output.fields.iter().map(|field| field.value).collect(),
         frames: Interval::Time(output.every.map_or(end / frames as f64, |every| every.value.value)),
         history: match (&output.history, &output.history_steps) {
             (Some(history), _) => Interval::Time(history.value.value),

@@ -42,7 +42,7 @@ deck_table! {
         /// Steps between rows of history.csv; instead of `history`.
         history_steps: At<Count> = optional,
         /// Fields of the frames.
-        fields: Vec<Field> = default(
+        fields: Vec<At<Field>> = default(
             "['displacement', 'velocity', 'cauchy_stress', 'equivalent_plastic_strain', 'von_mises_stress', 'pressure', 'volume_ratio']"),
     }
 }

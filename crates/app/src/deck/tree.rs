@@ -119,6 +119,8 @@ fn node_of(source: SourceId, value: &Spanned<DeValue<'_>>) -> Node {
     Node { span, value }
 }
 
+const AN_OVERRIDE: &str = "an override is KEY=VALUE, such as --set 'time.end=\"1 us\"'";
+
 /// Lays an override of the command line, `path.of.keys=value`, over the deck.
 pub fn apply_override(deck: &mut Node, argument: &str, sources: &mut Sources, diagnostics: &mut Diagnostics) {
     let source = sources.add(format!("--set {argument}"), argument);
@@ -129,7 +131,7 @@ pub fn apply_override(deck: &mut Node, argument: &str, sources: &mut Sources, di
             Some((key, value)) => {
                 format!("the value is written as in the deck, with strings in quotes: --set '{key}=\"{value}\"'")
             }
-            None => "an override is KEY=VALUE, such as --set 'time.end=\"1 us\"'".to_owned(),
+            None => AN_OVERRIDE.to_owned(),
         };
         let fault =
             faults.sorted().first().map_or_else(|| "not a value".to_owned(), |fault| fault.message().to_owned());
@@ -137,6 +139,12 @@ pub fn apply_override(deck: &mut Node, argument: &str, sources: &mut Sources, di
         let span = span.unwrap_or(Span::new(source, 0..argument.len()));
         diagnostics
             .push(Diagnostic::error(format!("the override cannot be read: {fault}")).at(span, "here").help(help));
+        return;
+    }
+    if matches!(&set.value, Value::Table(table) if table.entries.is_empty()) {
+        let diagnostic =
+            Diagnostic::error("the override sets nothing").at(Span::new(source, 0..argument.len()), "here");
+        diagnostics.push(diagnostic.help(AN_OVERRIDE));
         return;
     }
     overlay(deck, set, diagnostics);

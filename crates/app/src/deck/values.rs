@@ -381,11 +381,12 @@ impl<T: FromDeck> FromDeck for Vec<T> {
 
 /// What a name must be to stand in messages, in ledgers and at the head of a column.
 pub fn checked_name(name: &str, span: Span, what: Named, decoder: &mut Decoder) -> Option<()> {
-    if !name.is_empty() && !name.chars().any(|c| c.is_control() || matches!(c, ',' | '"' | ';')) {
+    if !name.trim().is_empty() && !name.chars().any(|c| c.is_control() || matches!(c, ',' | '"' | ';')) {
         return Some(());
     }
     let message = format!("a {what} cannot be named {name:?}");
-    let help = "a name has at least one character, and none of these: comma, semicolon, quote, line break";
+    let help = "a name has at least one character to be seen, and none of these: comma, semicolon, quote, control \
+                character such as a line break";
     decoder.report(Diagnostic::error(message).at(span, "this name").help(help));
     None
 }
