@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn a_bad_parameter_is_named_with_its_value_and_bound() {
         let error = BoxSpec::new([1.0, -2.0, 1.0], [1, 1, 1]).unwrap_err();
-        assert_eq!(error.to_string(), "length in y = -2: must be a positive length");
+        assert_eq!(error.to_string(), "length in y = -2: must be a length greater than 0, from 1e-90 to 1e90");
         assert!(BoxSpec::new([1.0; 3], [1, 0, 1]).is_err());
         assert!(BoxSpec::new([1.0; 3], [u32::MAX; 3]).is_err());
         assert!(BoxSpec::new([f64::NAN, 1.0, 1.0], [1; 3]).is_err());

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 /// A parameter out of its bounds.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[error("{parameter} = {value}: must be {bound}")]
+#[error("{parameter} = {}: must be {bound}", short(*value))]
 pub struct SpecError {
     /// The parameter.
     pub parameter: &'static str,
@@ -12,6 +12,12 @@ pub struct SpecError {
     pub value: f64,
     /// What it must be.
     pub bound: &'static str,
+}
+
+/// A number in at most some twenty characters.
+fn short(value: f64) -> String {
+    let is_short = value == 0.0 || (1e-6..1e12).contains(&value.abs());
+    if is_short { format!("{value}") } else { format!("{value:e}") }
 }
 
 /// A generated mesh has at most this many hexes: past it, memory is short before indices are.
@@ -22,7 +28,7 @@ pub(super) fn positive_length(parameter: &'static str, value: f64) -> Result<f64
     if (1e-90..=1e90).contains(&value) {
         Ok(value)
     } else {
-        Err(SpecError { parameter, value, bound: "a positive length" })
+        Err(SpecError { parameter, value, bound: "a length greater than 0, from 1e-90 to 1e90" })
     }
 }
 
