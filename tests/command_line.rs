@@ -367,6 +367,7 @@ fn wrong_command_lines_end_with_status_2() {
     workshop.estar(&[]).assert(2, &["Usage"]);
     workshop.estar(&["runn", "deck.toml"]).assert(2, &["run"]);
     workshop.estar(&["run", "deck.toml", "--threads", "0"]).assert(2, &["a whole number from 1"]);
+    workshop.estar(&["run", "deck.toml", "--set", ""]).assert(2, &["sets nothing", "KEY=VALUE"]);
     workshop.estar(&["run", "deck.toml", "--lanes", "mmx"]).assert(2, &["portable"]);
     workshop.estar(&["run", "deck.toml", "--set", "time.end=1 us"]).assert(2, &["--set 'time.end=\"1 us\"'"]);
     assert_eq!(workshop.estar(&["--help"]).code, 0);
@@ -397,6 +398,14 @@ fn an_energy_error_over_the_limit_ends_with_status_3() {
     said.assert(3, &["the energy error", "is over the limit", "energy_error_limit"]);
 }
 
+#[test]
+fn numbers_out_of_all_bounds_are_told_in_short() {
+    let workshop = Workshop::new();
+    let said = workshop.run("[[gravity]]\nacceleration = [0.0, 0.0, 1e300]\n", &[]);
+    said.assert(3, &["at step 1"]);
+    assert!(said.errors.lines().all(|line| line.len() < 300), "{}", said.errors);
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_ends_with_status_130_and_readable_files() {
@@ -416,8 +425,11 @@ fn ctrl_c_ends_with_status_130_and_readable_files() {
         }
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(kill.success());
+    // `timeout` and its like send the signal twice: the echo must not cut the end short
+    for _ in 0..2 {
+        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        assert!(kill.success());
+    }
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert_eq!(workshop.summary()["status"], "interrupted");
     assert_eq!(workshop.read("deck/results.pvd").matches("<DataSet ").count(), 2);
@@ -472,10 +484,66 @@ fn meshes_are_made_and_described() {
     mesh(&["box", "--output", "box.msh"]).assert(2, &["is there already", "--force"]);
     mesh(&["box", "--output", "b.msh", "--cells", "0", "1", "1"]).assert(2, &["cells in x"]);
     mesh(&["box", "--output", "b.msh", "--size", "1kg", "1", "1"]).assert(2, &["a length is needed"]);
+    mesh(&["box", "--output", "b.msh", "--size", "-1", "1", "1"])
+        .assert(2, &["length in x = -1: must be", "from 1e-90"]);
+    mesh(&["box", "--output", "b.msh", "--size", "1e300", "1", "1"]).assert(2, &["length in x = 1e300: must be"]);
     mesh(&["box", "--output", "nowhere/b.msh"]).assert(4, &["nowhere"]);
     mesh(&["info", "nowhere.msh"]).assert(4, &["nowhere.msh"]);
     workshop.write("garbage.msh", "garbage");
     mesh(&["info", "garbage.msh"]).assert(2, &["garbage.msh"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_listener_that_goes_away_or_is_full_causes_no_panic() {
+    let workshop = Workshop::new();
+    workshop.write("deck.toml", DECK);
+    let said_to = |listener: std::process::Stdio, arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_estar"));
+        command.args(arguments).current_dir(workshop.directory.path()).stdout(listener);
+        Said::of(&command.output().unwrap())
+    };
+    for arguments in [&["mesh", "info", "box.msh"][..], &["check", "deck.toml"], &["example", "--list"]] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        said_to(writer.into(), arguments).assert(0, &[]);
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        said_to(full.into(), arguments).assert(4, &["standard output: cannot be written"]);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_pipes_and_links_are_neither_meshes_nor_replaced_by_one() {
+    let workshop = Workshop::new();
+    let pipe = Command::new("mkfifo").arg(workshop.path("pipe")).status().unwrap();
+    assert!(pipe.success());
+    for endless in ["/dev/zero", "pipe"] {
+        workshop.estar(&["mesh", "info", endless]).assert(4, &[endless, "save its content to a file"]);
+        workshop.run("", &["--set", &format!("mesh.file='{endless}'")]).assert(4, &[endless]);
+    }
+    workshop.run("", &["--set", "mesh.file='.'"]).assert(4, &["cannot be read"]);
+    std::os::unix::fs::symlink(workshop.path("box.msh"), workshop.path("link")).unwrap();
+    for precious in ["pipe", "link"] {
+        workshop.estar(&["mesh", "box", "--force", "--output", precious]).assert(4, &[precious, "no ordinary file"]);
+        assert!(!workshop.path(precious).symlink_metadata().unwrap().is_file());
+    }
+}
+
+#[test]
+fn a_time_that_could_never_reach_the_end_is_refused() {
+    let workshop = Workshop::new();
+    for slow in ["material.rubber.density=1e-40", "material.rubber.young_modulus=1e308", "time.end=1e300"] {
+        workshop.run("", &["--set", slow]).assert(2, &["too small for the time ever to reach", "element ", "units"]);
+        workshop.estar(&["check", "deck.toml", "--set", slow]).assert(2, &["too small for the time ever to reach"]);
+    }
+}
+
+#[test]
+fn a_title_stays_on_its_line_and_cannot_steer_the_terminal() {
+    let said = Workshop::new().run("", &["--set", r#"title="one\n\u001b[31mtwo""#]);
+    said.assert(0, &[]);
+    assert!(said.text.contains("one  [31mtwo\n"), "{}", said.text);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! `estar check`: a dry run that says what a run would be and would cost.
 
-use crate::console::is_coloured;
+use crate::console::{is_coloured, print, tell};
 use crate::diagnostics::Finding;
 use crate::failure::Failure;
 use crate::fields::Field;
@@ -8,7 +8,6 @@ use crate::format::{bytes, count, duration, prefixed};
 use crate::run::{announcement, machine};
 use crate::setup::{self, LoadError, Problem};
 use crate::summary::MeshSummary;
-use crate::trouble;
 use estar_solver::{LaneLevel, Simulation};
 use serde::Serialize;
 use std::fmt::Write;
@@ -108,13 +107,11 @@ fn findings_of(error: &LoadError) -> Vec<Finding> {
 
 fn print_json(report: &Report) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(report).map_err(|error| Failure::File(format!("error: {error}")))?;
-    println!("{text}");
-    Ok(())
+    print(&text)
 }
 
 fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Result<(), Failure> {
-    let mut simulation = Simulation::new(&problem.mesh, problem.model.clone(), lanes).map_err(|error| {
-        let message = trouble::of_model(&error, problem);
+    let mut simulation = setup::simulation(problem, lanes).map_err(|message| {
         if options.json {
             let findings = vec![Finding::without_place(message.clone())];
             let _ = print_json(&Report { findings, ..Report::default() });
@@ -156,10 +153,8 @@ fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Resu
         let report = Report { is_good: true, findings: problem.findings.data(), forecast: Some(forecast) };
         return print_json(&report);
     }
-    eprint!("{}", problem.findings.render(is_coloured()));
-    println!("{introduction}");
-    println!("{}", in_words(problem, &forecast));
-    Ok(())
+    tell(&problem.findings.render(is_coloured()));
+    print(&format!("{introduction}\n{}", in_words(problem, &forecast)))
 }
 
 /// The elements with the smallest stable time steps, the smallest first.

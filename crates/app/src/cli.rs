@@ -1,6 +1,7 @@
 //! The command line.
 
 use crate::check::{CheckOptions, check};
+use crate::console::tell;
 use crate::example::{self, ExampleArguments};
 use crate::failure::Failure;
 use crate::mesh_command::{MeshCommand, mesh};
@@ -98,7 +99,7 @@ pub fn main() -> ExitCode {
     match execute(Cli::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("{}", failure.to_string().trim_end());
+            tell(&format!("{}\n", failure.to_string().trim_end()));
             ExitCode::from(failure.exit_code())
         }
     }

@@ -1,8 +1,27 @@
 //! What is printed, and kept in `estar.log`.
 
+use crate::failure::Failure;
 use std::fs::File;
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
+
+/// Prints a text and a line break to standard output.
+///
+/// # Errors
+/// It cannot be written; but a reader that has gone away has read enough.
+pub fn print(text: &str) -> Result<(), Failure> {
+    match writeln!(std::io::stdout().lock(), "{}", text.trim_end()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::writing(Path::new("standard output"))(error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints a text to standard error, if that can be.
+pub fn tell(text: &str) {
+    let _ = write!(std::io::stderr().lock(), "{text}");
+}
 
 /// Prints to standard output unless it is to be quiet, and to the log in any case.
 #[derive(Debug)]
@@ -21,9 +40,9 @@ impl Console {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn log_into(&mut self, directory: &Path) -> Result<(), crate::failure::Failure> {
+    pub fn log_into(&mut self, directory: &Path) -> Result<(), Failure> {
         let path = directory.join("estar.log");
-        self.log = Some(File::create(&path).map_err(crate::failure::Failure::writing(&path))?);
+        self.log = Some(File::create(&path).map_err(Failure::writing(&path))?);
         Ok(())
     }
 

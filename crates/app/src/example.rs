@@ -1,5 +1,6 @@
 //! `estar example`: decks with their meshes, ready to run.
 
+use crate::console::print;
 use crate::failure::Failure;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -55,8 +56,9 @@ pub fn example(arguments: &ExampleArguments) -> Result<(), Failure> {
     let name = match &arguments.name {
         Some(name) if !arguments.list => name,
         _ => {
-            EXAMPLES.iter().for_each(|example| println!("{:10} {}", example.name, example.about));
-            return Ok(());
+            let lines: Vec<_> =
+                EXAMPLES.iter().map(|example| format!("{:10} {}", example.name, example.about)).collect();
+            return print(&lines.join("\n"));
         }
     };
     let Some(example) = EXAMPLES.iter().find(|example| example.name == name) else {
@@ -69,8 +71,7 @@ pub fn example(arguments: &ExampleArguments) -> Result<(), Failure> {
     let directory = arguments.output.clone().unwrap_or_else(|| PathBuf::from(example.name));
     write(example, &directory, arguments.force)?;
     let deck = directory.join(example.files[0].0);
-    println!("{}: {}\nrun it: estar run {}", directory.display(), example.about, deck.display());
-    Ok(())
+    print(&format!("{}: {}\nrun it: estar run {}", directory.display(), example.about, deck.display()))
 }
 
 fn write(example: &Example, directory: &Path, force: bool) -> Result<(), Failure> {

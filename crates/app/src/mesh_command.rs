@@ -1,5 +1,6 @@
 //! `estar mesh`: structured meshes, and what is in a mesh file.
 
+use crate::console::print;
 use crate::deck::units::{self, Dimension};
 use crate::failure::Failure;
 use clap::{Args, Subcommand};
@@ -9,6 +10,7 @@ use estar_mesh::generate::{
     cylinder, necking_bar,
 };
 use estar_mesh::quality::QualityReport;
+use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Meshes that need no mesher, and a look into mesh files.
@@ -45,6 +47,7 @@ pub struct Target {
 
 /// A box.
 #[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
 pub struct BoxArguments {
     /// Lengths along x, y, z: numbers in m or with a unit, such as 32.4mm
     #[arg(long, num_args = 3, value_names = ["X", "Y", "Z"], value_parser = length, default_values = ["1", "1", "1"])]
@@ -58,6 +61,7 @@ pub struct BoxArguments {
 
 /// A cylinder.
 #[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
 pub struct CylinderArguments {
     /// Radius: a number in m or with a unit
     #[arg(long, value_parser = length, default_value = "3.2mm")]
@@ -76,6 +80,7 @@ pub struct CylinderArguments {
 
 /// A bar that necks.
 #[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
 pub struct NeckingBarArguments {
     /// Length of the whole bar, of which half is meshed
     #[arg(long, value_parser = length, default_value = "53.334mm")]
@@ -166,10 +171,13 @@ fn write(target: &Target, mesh: impl FnOnce() -> Mesh) -> Result<(), Failure> {
         let message = format!("error: {} is there already\nhelp: overwrite it with --force", target.output.display());
         return Err(Failure::Input(message));
     }
+    // the new file takes the place of the old: a device or a link would be gone
+    if target.output.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
+        return Err(Failure::File(format!("error: {} is there and no ordinary file", target.output.display())));
+    }
     let mesh = mesh();
     estar_io::write_gmsh_file(&target.output, &mesh, !target.ascii).map_err(Failure::writing(&target.output))?;
-    println!("{}: {} nodes, {} hexes, in metres", target.output.display(), mesh.node_count(), mesh.hex_count());
-    Ok(())
+    print(&format!("{}: {} nodes, {} hexes, in metres", target.output.display(), mesh.node_count(), mesh.hex_count()))
 }
 
 fn info(file: &std::path::Path) -> Result<(), Failure> {
@@ -178,13 +186,14 @@ fn info(file: &std::path::Path) -> Result<(), Failure> {
         if error.is_unreadable() { Failure::File(message) } else { Failure::Input(message) }
     })?;
     let mesh = &read.mesh;
-    println!("{} ({})", file.display(), read.format);
-    println!("  {} nodes, {} hexes", mesh.node_count(), mesh.hex_count());
+    let mut text = String::new();
+    let _ = writeln!(text, "{} ({})", file.display(), read.format);
+    let _ = writeln!(text, "  {} nodes, {} hexes", mesh.node_count(), mesh.hex_count());
     let [low, high] = mesh.extent();
     for (axis, name) in ["x", "y", "z"].iter().enumerate() {
-        println!("  {name} from {:.6e} to {:.6e}", low[axis], high[axis]);
+        let _ = writeln!(text, "  {name} from {:.6e} to {:.6e}", low[axis], high[axis]);
     }
-    println!("  groups:");
+    let _ = writeln!(text, "  groups:");
     let width = mesh.groups().iter().map(|group| group.name.chars().count()).max().unwrap_or(0);
     for group in mesh.groups() {
         let members = match (group.hexes.len(), group.faces.len()) {
@@ -192,19 +201,24 @@ fn info(file: &std::path::Path) -> Result<(), Failure> {
             (0, faces) => format!("{faces} faces, "),
             (hexes, _) => format!("{hexes} hexes, "),
         };
-        println!("    {:width$}  {:8} {members}{} nodes", group.name, group.kind, group.nodes.len());
+        let name = group.name.replace(char::is_control, " ");
+        let _ = writeln!(text, "    {name:width$}  {:8} {members}{} nodes", group.kind, group.nodes.len());
     }
     let quality = QualityReport::new(mesh);
-    print!("  quality: {}", quality.summary());
+    let _ = write!(text, "  quality: {}", quality.summary());
     for warning in &read.warnings {
-        println!("  warning: {warning}");
+        let _ = writeln!(text, "  warning: {warning}");
     }
     const MOST_SHOWN: usize = 20;
     for error in quality.errors().iter().take(MOST_SHOWN) {
-        println!("  error: {error}");
+        let _ = writeln!(text, "  error: {error}");
     }
+    print(&text)?;
     match quality.errors().len() {
         0 => Ok(()),
-        count => Err(Failure::Input(format!("error: {}: the mesh has {count} faults", file.display()))),
+        count => {
+            let faults = if count == 1 { "fault" } else { "faults" };
+            Err(Failure::Input(format!("error: {}: the mesh has {count} {faults}", file.display())))
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! `estar run`: from the deck to the results.
 
-use crate::console::{Console, is_coloured};
+use crate::console::{Console, is_coloured, tell};
 use crate::expectations::{self, Moment, Outcome};
 use crate::failure::Failure;
 use crate::format::{bytes, count, duration, prefixed};
@@ -17,6 +17,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// What the command line asks for.
 #[derive(Clone, Debug)]
@@ -50,10 +51,7 @@ enum Ending {
 /// See [`Failure`].
 pub fn run(options: &RunOptions) -> Result<(), Failure> {
     let problem = setup::load(&options.deck, &options.overrides).map_err(|error| error.into_failure(is_coloured()))?;
-    let warnings = problem.findings.render(is_coloured());
-    if !warnings.is_empty() {
-        eprint!("{warnings}");
-    }
+    tell(&problem.findings.render(is_coloured()));
     let (pool, lanes) = machine(options.threads, options.lanes)?;
     pool.install(|| run_problem(problem, options, lanes))
 }
@@ -72,8 +70,7 @@ pub fn machine(threads: Option<usize>, lanes: Option<LaneLevel>) -> Result<(rayo
 }
 
 fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Result<(), Failure> {
-    let simulation = Simulation::new(&problem.mesh, problem.model.clone(), lanes)
-        .map_err(|error| Failure::Input(trouble::of_model(&error, &problem)))?;
+    let simulation = setup::simulation(&problem, lanes).map_err(Failure::Input)?;
     let directory = options.output.clone().unwrap_or_else(|| default_directory(&options.deck));
     prepare_directory(&directory, options.force)?;
     let mut console = Console::new(options.is_quiet);
@@ -87,13 +84,18 @@ fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Resu
     run.conclude(ending, threads, lanes)
 }
 
+/// Signals that follow the first within this time are its echo: some send one to the program and one to its group.
+const ECHO: Duration = Duration::from_secs(1);
+
 /// A flag that Ctrl-C raises; a second Ctrl-C ends the program at once.
 fn interruption() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
     // a program that cannot catch the signal is ended by it, and its files are whole all the same
+    let mut first: Option<Instant> = None;
     let _ = ctrlc::set_handler(move || {
-        if raised.swap(true, Ordering::Relaxed) {
+        raised.store(true, Ordering::Relaxed);
+        if first.get_or_insert_with(Instant::now).elapsed() > ECHO {
             std::process::exit(130);
         }
     });
@@ -329,7 +331,7 @@ impl<'a> Run<'a> {
 pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, lanes: LaneLevel) -> String {
     let mut text = format!("Estar {}", env!("CARGO_PKG_VERSION"));
     if !problem.title.is_empty() {
-        let _ = write!(text, ": {}", problem.title);
+        let _ = write!(text, ": {}", problem.title.replace(char::is_control, " "));
     }
     let time_step = simulation.time_step();
     let _ = write!(
@@ -383,7 +385,8 @@ fn conclusion(summary: &Summary, directory: &Path) -> String {
         ("external work", energies.external_work),
         ("contact", energies.contact_energy),
     ];
-    for (name, value) in rows {
+    // nobody wants to read -0: x + 0 is 0 for both zeros
+    for (name, value) in rows.map(|(name, value)| (name, value + 0.0)) {
         let _ = writeln!(text, "  {name:<20} {value:>14.6e} J");
     }
     let _ = writeln!(text, "  {:<20} {:>14.4} %", "energy error", 100.0 * summary.energy_error);

@@ -10,12 +10,14 @@ use crate::failure::Failure;
 use crate::output::{OutputPlan, output_plan};
 use crate::probes::{self, Probe};
 use crate::summary::hex;
+use crate::trouble;
 use estar_io::MeshFile;
 use estar_mesh::quality::{QualityReport, QualitySummary};
 use estar_mesh::{Group, Mesh, locality_order};
 use estar_solver::model::{
     BulkViscosity, Fix, InitialVelocity, Load, LoadKind, Model, Part, Prescribed, RigidWall, Spin, TimeSettings,
 };
+use estar_solver::{LaneLevel, Simulation};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -72,8 +74,8 @@ pub enum LoadError {
     Faults {
         /// The faults.
         findings: Findings,
-        /// Whether the only fault is a mesh file that cannot be opened.
-        is_missing_file: bool,
+        /// Whether the only fault is a mesh file that cannot be read.
+        is_unreadable_file: bool,
     },
 }
 
@@ -85,9 +87,9 @@ impl LoadError {
                 Failure::File(format!("error: the deck cannot be read: {error}"))
             }
             Self::Deck(error) => Failure::Input(format!("error: the deck cannot be read: {error}")),
-            Self::Faults { findings, is_missing_file } => {
+            Self::Faults { findings, is_unreadable_file } => {
                 let text = findings.render(coloured);
-                if is_missing_file { Failure::File(text) } else { Failure::Input(text) }
+                if is_unreadable_file { Failure::File(text) } else { Failure::Input(text) }
             }
         }
     }
@@ -103,13 +105,20 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     let Decoder { diagnostics, groups, mesh_file, .. } = decoder;
     let mut findings = Findings { sources, diagnostics };
     let diagnostics = &mut findings.diagnostics;
-    let fault = |findings, is_missing_file| Err(LoadError::Faults { findings, is_missing_file });
+    let fault = |findings, is_unreadable_file| Err(LoadError::Faults { findings, is_unreadable_file });
 
     let scale = deck.as_ref().map_or(1.0, |deck| deck.mesh.scale.value);
     let Some(mesh_file) = mesh_file else { return fault(findings, false) };
-    let is_missing_file = !diagnostics.has_errors() && std::fs::File::open(&mesh_file.value).is_err();
-    let Some(ReadMesh { mesh, quality, format }) = read_mesh(&mesh_file, scale, diagnostics) else {
-        return fault(findings, is_missing_file);
+    let content = match estar_io::read_mesh(&mesh_file.value) {
+        Ok(content) => content,
+        Err(error) => {
+            let is_unreadable_file = error.is_unreadable() && !diagnostics.has_errors();
+            diagnostics.push(Diagnostic::error(error.to_string()).at(mesh_file.span, "this mesh"));
+            return fault(findings, is_unreadable_file);
+        }
+    };
+    let Some(ReadMesh { mesh, quality, format }) = in_metres(content, &mesh_file, scale, diagnostics) else {
+        return fault(findings, false);
     };
     check_groups(&mesh, &groups, diagnostics);
     let Some(deck) = deck.filter(|_| !diagnostics.has_errors()) else { return fault(findings, false) };
@@ -139,6 +148,18 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     })
 }
 
+/// The problem at time 0, ready to run.
+///
+/// # Errors
+/// What the solver refuses, or a time step so small that time could never reach the end.
+pub fn simulation(problem: &Problem, lanes: LaneLevel) -> Result<Simulation, String> {
+    let simulation = Simulation::new(&problem.mesh, problem.model.clone(), lanes)
+        .map_err(|error| trouble::of_model(&error, problem))?;
+    let end = simulation.end_time();
+    // near the end, t + Δt must differ from t
+    if end + simulation.time_step() > end { Ok(simulation) } else { Err(trouble::of_standstill(problem, &simulation)) }
+}
+
 fn deck_hash(text: &str, overrides: &[String]) -> String {
     let mut hasher = Sha256::new();
     hasher.update(text.as_bytes());
@@ -157,16 +178,10 @@ struct ReadMesh {
     format: String,
 }
 
-/// Reads the mesh; faults are reported at the deck's mention of the file.
-fn read_mesh(file: &At<PathBuf>, scale: f64, diagnostics: &mut Diagnostics) -> Option<ReadMesh> {
+/// The mesh in m; faults are reported at the deck's mention of the file.
+fn in_metres(content: MeshFile, file: &At<PathBuf>, scale: f64, diagnostics: &mut Diagnostics) -> Option<ReadMesh> {
     const MOST_SHOWN: usize = 10;
-    let MeshFile { mesh, format, warnings } = match estar_io::read_mesh(&file.value) {
-        Ok(read) => read,
-        Err(error) => {
-            diagnostics.push(Diagnostic::error(error.to_string()).at(file.span, "this mesh"));
-            return None;
-        }
-    };
+    let MeshFile { mesh, format, warnings } = content;
     for warning in warnings {
         diagnostics.push(Diagnostic::warning(warning).at(file.span, "this mesh"));
     }

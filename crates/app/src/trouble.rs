@@ -32,6 +32,19 @@ pub fn of_model(error: &ModelError, problem: &Problem) -> String {
     format!("error: {}: {message}", problem.deck_path.display())
 }
 
+/// A run whose time would stand still before the end.
+pub fn of_standstill(problem: &Problem, simulation: &Simulation) -> String {
+    format!(
+        "error: {}: the time step of {:.4e} s, which element {} controls, is too small for the time ever to reach \
+         {:.4e} s\nhelp: check the units of density, stiffness and length ([mesh] scale), and [time] end, safety_factor \
+         and bulk_viscosity",
+        problem.deck_path.display(),
+        simulation.time_step(),
+        label(simulation.extremes().controlling_hex, problem),
+        simulation.end_time()
+    )
+}
+
 /// A run that could not go on.
 pub fn of_simulation(
     error: &SimulationError,
@@ -51,6 +64,11 @@ pub fn of_simulation(
             Some(*hex),
             "a smaller [time] safety_factor; check units, densities and the sizes of loads",
         ),
+        SimulationError::EnergyError { error, .. } if error.is_nan() => (
+            "the energy error is not a number".to_owned(),
+            None,
+            "units, densities and the sizes of loads that a number can hold",
+        ),
         SimulationError::EnergyError { error, limit, .. } => (
             format!("the energy error {:+.2} % is over the limit of {:.2} %", 100.0 * error, 100.0 * limit),
             None,
@@ -61,7 +79,8 @@ pub fn of_simulation(
     if let Some(hex) = hex {
         text.push_str(&format!("\n  {}", whereabouts(hex, problem, simulation)));
     }
-    let history: Vec<String> = jacobians.iter().map(|(step, value)| format!("{value:.3} at step {step}")).collect();
+    let history: Vec<String> =
+        jacobians.iter().map(|(step, value)| format!("{} at step {step}", short(*value))).collect();
     text.push_str(&format!(
         "\n  smallest Jacobian of all elements in the last rows of the history: {}",
         history.join(", ")
@@ -69,6 +88,11 @@ pub fn of_simulation(
     text.push_str("\n  the last frame shows the state at this step");
     text.push_str(&format!("\nhelp: what usually helps: {help}"));
     text
+}
+
+/// A Jacobian: near 1 as people write it, far from it with an exponent.
+fn short(jacobian: f64) -> String {
+    if jacobian.abs() < 1e3 { format!("{jacobian:.3}") } else { format!("{jacobian:.3e}") }
 }
 
 fn label(hex: u32, problem: &Problem) -> u64 {

@@ -1,6 +1,7 @@
 //! Reading a mesh, whatever its format.
 
 use std::fs;
+use std::io;
 use std::path::Path;
 
 use estar_mesh::Mesh;
@@ -26,8 +27,18 @@ pub struct MeshFile {
 /// advice, when it is no usable mesh.
 pub fn read_mesh(path: &Path) -> Result<MeshFile, ReadError> {
     let file = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| ReadError::Unreadable { file: file.clone(), source })?;
+    let bytes = bytes_of(path).map_err(|source| ReadError::Unreadable { file: file.clone(), source })?;
     read_mesh_bytes(&bytes, &file)
+}
+
+/// The content of an ordinary file. A device may never end, and a pipe may never begin.
+fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
+    let metadata = fs::metadata(path)?;
+    if metadata.is_file() || metadata.is_dir() {
+        fs::read(path)
+    } else {
+        Err(io::Error::other("it is a device or a pipe; save its content to a file"))
+    }
 }
 
 /// Reads a mesh from the content of a file; `name` stands for it in messages.
