@@ -18,6 +18,10 @@ pub fn of_model(error: &ModelError, problem: &Problem) -> String {
         ModelError::BadHex { hex, what, value } => {
             format!("element {} is inverted or too distorted: its smallest {what} is {value:?}", hex_label(*hex))
         }
+        ModelError::NotFinite { hex } => format!(
+            "element {} has forces or a time step that no number holds: check [mesh] scale, density and stiffness",
+            hex_label(*hex)
+        ),
         ModelError::NodeWithoutMass { count, first } => {
             format!("{count} nodes belong to no element, the first is {}", node_label(*first))
         }
@@ -63,6 +67,14 @@ pub fn of_simulation(
             format!("a value in element {} is not finite", label(*hex, problem)),
             Some(*hex),
             "a smaller [time] safety_factor; check units, densities and the sizes of loads",
+        ),
+        SimulationError::Standstill { hex, time_step, .. } => (
+            format!(
+                "the time step of {time_step:.4e} s, which element {} controls, no longer moves the time",
+                label(*hex, problem)
+            ),
+            Some(*hex),
+            "a better shaped mesh there: an element is squeezed flat",
         ),
         SimulationError::EnergyError { error, .. } if error.is_nan() => (
             "the energy error is not a number".to_owned(),

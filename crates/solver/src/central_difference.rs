@@ -167,6 +167,11 @@ impl Simulation {
         if let Some(hex) = elements.not_finite {
             return Err(SimulationError::NotFinite { hex, step, time });
         }
+        let time_step = self.next_time_step;
+        if time + time_step <= time {
+            let hex = elements.stable_time_step.element;
+            return Err(SimulationError::Standstill { hex, time_step, step, time });
+        }
         let (error, limit) = (self.energies.error(), self.settings.energy_error_limit);
         // an error that is not a number is not within the limit
         let within = error.abs() <= limit;

@@ -50,6 +50,12 @@ pub enum ModelError {
         /// Its value.
         value: f64,
     },
+    /// A hex whose force, energy or stable time step is not a number or infinite before anything has moved.
+    #[error("a value in hex {hex} is not finite at the start")]
+    NotFinite {
+        /// The hex.
+        hex: u32,
+    },
     /// Nodes that no element uses.
     #[error("{count} nodes belong to no element, the first is {first}")]
     NodeWithoutMass {
@@ -129,6 +135,20 @@ pub enum SimulationError {
     NotFinite {
         /// The hex.
         hex: u32,
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+    },
+    /// A time step so small that it no longer moves the time.
+    #[error(
+        "the time step {time_step:?} s, which hex {hex} controls, no longer moves the time {time:?} s at step {step}"
+    )]
+    Standstill {
+        /// The hex that controls the step.
+        hex: u32,
+        /// The step that comes, s.
+        time_step: f64,
         /// Step.
         step: u64,
         /// Time, s.

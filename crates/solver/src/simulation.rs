@@ -222,6 +222,9 @@ impl Simulation {
             },
         };
         simulation.update_elements(0.0);
+        if let Some(hex) = simulation.elements.not_finite {
+            return Err(ModelError::NotFinite { hex });
+        }
         simulation.choose_next_time_step();
         simulation.update_loads();
         simulation.kick();

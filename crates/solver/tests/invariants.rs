@@ -246,6 +246,9 @@ fn hexes_without_volume_and_nodes_without_mass_are_refused() {
     coordinates.push([2.0; 3]);
     let lonely = mesh_of(coordinates, cube.hexes().to_vec());
     assert_eq!(of(&lonely), ModelError::NodeWithoutMass { count: 1, first: 8 });
+    // volumes of such lengths are numbers, products of areas and moduli are not
+    let huge = mesh_of(cube.coordinates().iter().map(|x| x.map(|x| 1e100 * x)).collect(), cube.hexes().to_vec());
+    assert_eq!(of(&huge), ModelError::NotFinite { hex: 0 });
     // one corner pushed far in: the points still have volume, a corner has no mass left or the centre none
     for depth in (0..100).map(|i| 0.01 * f64::from(i)) {
         let mut coordinates = cube.coordinates().to_vec();
