@@ -20,7 +20,7 @@ use crate::{
 };
 use estar_tensor::{Mask, Real, SymmetricTensor, Tensor};
 
-/// The E* theory in box-rate form; `K` is `()` or [`KinematicHardening`].
+/// The E* theory in box-rate form; `K` is `()` or [`KinematicHardening`](crate::KinematicHardening).
 #[derive(Clone, Debug)]
 pub struct EStar<K> {
     pub(crate) elasticity: IsotropicElasticity,

@@ -4,7 +4,7 @@ use crate::constraints::{Constraints, dot};
 use crate::error::SimulationError;
 use crate::model::RigidWall;
 use crate::simulation::Simulation;
-use crate::solid_block::NodalMotion;
+use crate::solid_block::{BlockReport, NodalMotion};
 use estar_element::hex8::HexStep;
 use rayon::prelude::*;
 
@@ -55,14 +55,14 @@ impl Simulation {
         let nodes = &self.nodes;
         let motion =
             NodalMotion { reference: &nodes.reference, displacement: &nodes.displacement, velocity: &nodes.velocity };
-        self.elements.clear();
+        self.elements = BlockReport::EMPTY;
         let mut corner_forces = self.corner_forces.as_mut_slice();
         for block in &mut self.blocks {
             let (own, rest) = corner_forces.split_at_mut(block.elements.force_count());
             corner_forces = rest;
             let step =
                 HexStep { formulation: block.formulation, bulk_viscosity: self.settings.bulk_viscosity, time_step };
-            self.elements.add(&block.elements.advance(motion, &step, own), block.elements.hexes());
+            self.elements = self.elements.followed_by(&block.elements.advance(motion, &step, own));
         }
         self.energies.internal += self.elements.internal_energy;
         self.energies.plastic_dissipation += self.elements.plastic_dissipation;
@@ -161,7 +161,7 @@ impl Simulation {
         let (step, time) = (self.step, self.time);
         let elements = &self.elements;
         if elements.min_jacobian.value <= 0.0 {
-            let (hex, jacobian) = (elements.min_jacobian.element, elements.min_jacobian.value);
+            let (hex, jacobian) = (elements.min_jacobian.hex, elements.min_jacobian.value);
             return Err(SimulationError::ElementInverted { hex, jacobian, step, time });
         }
         if let Some(hex) = elements.not_finite {
@@ -169,7 +169,7 @@ impl Simulation {
         }
         let time_step = self.next_time_step;
         if time + time_step <= time {
-            let hex = elements.stable_time_step.element;
+            let hex = elements.stable_time_step.hex;
             return Err(SimulationError::Standstill { hex, time_step, step, time });
         }
         let (error, limit) = (self.energies.error(), self.settings.energy_error_limit);

@@ -7,7 +7,7 @@ use crate::energy::{CentredWork, Energies};
 use crate::error::ModelError;
 use crate::loads::NodalLoad;
 use crate::model::{Direction, Formulation, LoadKind, Model, Part, RigidWall, TimeSettings};
-use crate::solid_block::{BlockReport, ElementBlock, Extreme, block};
+use crate::solid_block::{BlockReport, ElementBlock, block};
 use estar_element::hex8::{self, CornerVectors};
 use estar_mesh::Mesh;
 use estar_tensor::{LaneLevel, Vector3};
@@ -37,7 +37,7 @@ pub struct Simulation {
     pub(crate) constraints: Constraints,
     pub(crate) walls: Vec<RigidWall>,
     pub(crate) node_sums: Vec<NodeSums>,
-    pub(crate) elements: ElementsReport,
+    pub(crate) elements: BlockReport,
     pub(crate) energies: Energies,
     pub(crate) constraint_work: CentredWork,
     pub(crate) contact_work: CentredWork,
@@ -68,48 +68,6 @@ pub(crate) struct Nodes {
 pub(crate) struct Block {
     pub formulation: Formulation,
     pub elements: Box<dyn ElementBlock>,
-}
-
-/// The block reports of a step, with hexes of the mesh in place of elements of blocks.
-#[derive(Clone, Copy)]
-pub(crate) struct ElementsReport {
-    pub internal_energy: f64,
-    pub plastic_dissipation: f64,
-    pub viscous_energy: f64,
-    pub min_jacobian: Extreme,
-    pub stable_time_step: Extreme,
-    pub not_finite: Option<u32>,
-}
-
-impl ElementsReport {
-    fn new() -> Self {
-        let none = Extreme { value: f64::INFINITY, element: 0 };
-        Self {
-            internal_energy: 0.0,
-            plastic_dissipation: 0.0,
-            viscous_energy: 0.0,
-            min_jacobian: none,
-            stable_time_step: none,
-            not_finite: None,
-        }
-    }
-
-    pub fn clear(&mut self) {
-        *self = Self::new();
-    }
-
-    pub fn add(&mut self, report: &BlockReport, hexes: &[u32]) {
-        let hex = |element: u32| hexes.get(element as usize).copied().unwrap_or_default();
-        let smaller = |own: Extreme, other: Extreme| {
-            if other.value < own.value { Extreme { value: other.value, element: hex(other.element) } } else { own }
-        };
-        self.internal_energy += report.internal_energy;
-        self.plastic_dissipation += report.plastic_dissipation;
-        self.viscous_energy += report.viscous_energy;
-        self.min_jacobian = smaller(self.min_jacobian, report.min_jacobian);
-        self.stable_time_step = smaller(self.stable_time_step, report.stable_time_step);
-        self.not_finite = self.not_finite.or(report.not_finite.map(hex));
-    }
 }
 
 /// Extremes over the elements at one time.
@@ -202,7 +160,7 @@ impl Simulation {
             constraints: Constraints::new(&model, node_count)?,
             walls: model.walls,
             node_sums: vec![NodeSums::default(); NodeSums::chunk_count(node_count)],
-            elements: ElementsReport::new(),
+            elements: BlockReport::EMPTY,
             energies: energies.clone(),
             constraint_work: CentredWork::default(),
             contact_work: CentredWork::default(),
@@ -288,7 +246,7 @@ impl Simulation {
             max_equivalent_plastic_strain: strains.fold(0.0, f64::max),
             min_jacobian: self.elements.min_jacobian.value,
             stable_time_step: self.elements.stable_time_step.value,
-            controlling_hex: self.elements.stable_time_step.element,
+            controlling_hex: self.elements.stable_time_step.hex,
         }
     }
 

@@ -23,22 +23,22 @@ pub(crate) struct NodalMotion<'a> {
     pub velocity: &'a [[f64; 3]],
 }
 
-/// A value and the element of the block that has it.
+/// A value and the hex of the mesh that has it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extreme {
     pub value: f64,
-    pub element: u32,
+    pub hex: u32,
 }
 
 impl Extreme {
-    const NONE: Self = Self { value: f64::INFINITY, element: u32::MAX };
+    const NONE: Self = Self { value: f64::INFINITY, hex: 0 };
 
     fn smaller(self, other: Self) -> Self {
         if other.value < self.value { other } else { self }
     }
 }
 
-/// What a step of a block gives; energies are those of the step.
+/// What a step of one or more blocks gives; energies are those of the step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BlockReport {
     pub internal_energy: f64,
@@ -46,12 +46,12 @@ pub(crate) struct BlockReport {
     pub viscous_energy: f64,
     pub min_jacobian: Extreme,
     pub stable_time_step: Extreme,
-    /// The first element with a force or an energy that is not finite.
+    /// The first hex with a force or an energy that is not finite.
     pub not_finite: Option<u32>,
 }
 
 impl BlockReport {
-    const EMPTY: Self = Self {
+    pub const EMPTY: Self = Self {
         internal_energy: 0.0,
         plastic_dissipation: 0.0,
         viscous_energy: 0.0,
@@ -61,7 +61,7 @@ impl BlockReport {
     };
 
     /// The report of this and of a later block or chunk.
-    fn followed_by(self, later: &Self) -> Self {
+    pub fn followed_by(self, later: &Self) -> Self {
         Self {
             internal_energy: self.internal_energy + later.internal_energy,
             plastic_dissipation: self.plastic_dissipation + later.plastic_dissipation,
@@ -196,29 +196,19 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
 
     fn advance(&mut self, motion: NodalMotion<'_>, step: &HexStep, corner_forces: &mut [f64]) -> BlockReport {
         let packs = CHUNK / R::LANES;
-        let element_count = self.hexes.len();
         let material = &self.material;
         let chunks = self
             .history
             .par_chunks_mut(packs)
+            .zip(self.hexes.par_chunks(CHUNK))
             .zip(self.connectivity.par_chunks(CHUNK))
             .zip(self.corner_mass.par_chunks(packs))
             .zip(corner_forces.par_chunks_mut(packs * Self::PACK_FORCES))
-            .zip(self.reports.par_iter_mut())
-            .enumerate();
-        chunks.for_each(|(index, ((((history, connectivity), corner_mass), corner_forces), report))| {
-            let first_element = index * CHUNK;
-            *report = R::vectorize(ChunkKernel {
-                material,
-                motion,
-                step,
-                first_element: first_element as u32,
-                element_count: CHUNK.min(element_count - first_element),
-                history,
-                connectivity,
-                corner_mass,
-                corner_forces,
-            });
+            .zip(self.reports.par_iter_mut());
+        chunks.for_each(|(((((history, hexes), connectivity), corner_mass), corner_forces), report)| {
+            let kernel =
+                ChunkKernel { material, motion, step, hexes, history, connectivity, corner_mass, corner_forces };
+            *report = R::vectorize(kernel);
         });
         self.reports.iter().fold(BlockReport::EMPTY, BlockReport::followed_by)
     }
@@ -263,8 +253,7 @@ struct ChunkKernel<'a, M: Material, R: Real> {
     material: &'a M,
     motion: NodalMotion<'a>,
     step: &'a HexStep,
-    first_element: u32,
-    element_count: usize,
+    hexes: &'a [u32],
     history: &'a mut [History<M, R>],
     connectivity: &'a [[u32; CORNERS]],
     corner_mass: &'a [R],
@@ -278,9 +267,10 @@ impl<M: Material, R: Real> Kernel for ChunkKernel<'_, M, R> {
     fn run(self) -> BlockReport {
         let mut sums = [[0.0; SUM_SLOTS]; 3];
         let mut report = BlockReport::EMPTY;
-        let packs = self.history.iter_mut().zip(self.connectivity.chunks_exact(R::LANES)).zip(self.corner_mass);
+        let packs = self.history.iter_mut().zip(self.hexes.chunks(R::LANES));
+        let packs = packs.zip(self.connectivity.chunks_exact(R::LANES)).zip(self.corner_mass);
         let forces = self.corner_forces.chunks_exact_mut(SolidBlock::<M, R>::PACK_FORCES);
-        for (pack, (((history, connectivity), &corner_mass), forces)) in packs.zip(forces).enumerate() {
+        for (pack, ((((history, hexes), connectivity), &corner_mass), forces)) in packs.zip(forces).enumerate() {
             let reference = gathered(self.motion.reference, connectivity);
             let displacement = gathered(self.motion.displacement, connectivity);
             let motion = HexMotion {
@@ -301,18 +291,17 @@ impl<M: Material, R: Real> Kernel for ChunkKernel<'_, M, R> {
             let finite =
                 force_sum.is_finite() & update.internal_energy.is_finite() & update.stable_time_step.is_finite();
             let all_finite = finite.all();
-            for lane in 0..R::LANES.min(self.element_count - (pack * R::LANES).min(self.element_count)) {
-                let place = pack * R::LANES + lane;
-                let element = self.first_element + place as u32;
-                sums[0][place % SUM_SLOTS] += update.internal_energy.lane(lane);
-                sums[1][place % SUM_SLOTS] += update.plastic_dissipation.lane(lane);
-                sums[2][place % SUM_SLOTS] += update.viscous_energy.lane(lane);
-                let extreme = |value: R| Extreme { value: value.lane(lane), element };
+            for (lane, &hex) in hexes.iter().enumerate() {
+                let slot = (pack * R::LANES + lane) % SUM_SLOTS;
+                sums[0][slot] += update.internal_energy.lane(lane);
+                sums[1][slot] += update.plastic_dissipation.lane(lane);
+                sums[2][slot] += update.viscous_energy.lane(lane);
+                let extreme = |value: R| Extreme { value: value.lane(lane), hex };
                 report.min_jacobian = report.min_jacobian.smaller(extreme(update.min_jacobian));
                 report.stable_time_step = report.stable_time_step.smaller(extreme(update.stable_time_step));
                 if !all_finite && report.not_finite.is_none() {
                     let marked = R::select(finite, R::splat(1.0), R::splat(0.0));
-                    report.not_finite = (marked.lane(lane) == 0.0).then_some(element);
+                    report.not_finite = (marked.lane(lane) == 0.0).then_some(hex);
                 }
             }
         }
