@@ -6,7 +6,6 @@
 //!
 //! Results: [`ResultWriter`] writes what ParaView opens, [`HistoryWriter`] a growing CSV table,
 //! [`write_atomically`] any file whole or not at all.
-#![warn(missing_docs)]
 
 mod abaqus;
 mod assembly;

@@ -14,7 +14,6 @@
 //! assert!(QualityReport::new(&mesh).errors().is_empty());
 //! # Ok::<(), estar_mesh::generate::SpecError>(())
 //! ```
-#![warn(missing_docs)]
 
 pub mod generate;
 mod group;
