@@ -20,7 +20,7 @@
 //!
 //! The bound is of the norm, so that it covers every eigenvalue of the F-bar operator. It cannot make them real: on
 //! distorted hexes they have imaginary parts of some 10⁻³ of the norm, and such vibrations of an elastic body grow at any
-//! step, by a factor of two in some thousand steps. The energy ledger shows it; bulk viscosity outweighs it mostly.
+//! step. The energy ledger shows it (figures in the verification manual).
 
 use estar_tensor::{Real, Tensor, Vector3};
 

@@ -8,7 +8,8 @@
 //! - flow         D̄_p = γ̇ n, n = (dev T̃ − α̃)/‖dev T̃ − α̃‖, ε̄̇ᵖ = √⅔ γ̇, so tr D̄_p = 0
 //! - hardening    σ_y(ε̄ᵖ), and the motion of α̃ that the [`KinematicRule`] gives
 //!
-//! Update at the mid-step configuration (second order, exactly objective): elastic predictor, radial return.
+//! Update at the mid-step configuration, exactly objective: elastic predictor, radial return. Second order in the step for
+//! elastic response and for flow in one direction, first order where the direction of flow turns (backward Euler).
 //!
 //! Parameters: elasticity, isotropic and kinematic hardening. History: T̃, ε̄ᵖ and, where the surface moves, α̃.
 
