@@ -5,6 +5,7 @@
 //! every lane ends in the bits that the `f64` code gives.
 
 mod array;
+mod counted;
 mod elementary;
 mod lanes;
 mod real;
@@ -14,6 +15,7 @@ mod tensor;
 mod vector;
 
 pub use array::array;
+pub use counted::{Counted, Operations, operations};
 pub use lanes::{LaneLevel, WithLanes, dispatch};
 pub use real::{Kernel, Mask, Real};
 pub use rotation::{Rotation, polar_rotation};
