@@ -30,6 +30,12 @@ impl CornerLists {
         Self { starts, slots, stride }
     }
 
+    /// Bytes that the sums of all nodes read: the lists and every corner force.
+    pub fn bytes_per_step(&self) -> usize {
+        let forces = self.slots.len() * 3 * size_of::<f64>();
+        size_of_val(&*self.starts) + size_of_val(&*self.slots) + forces
+    }
+
     /// Sum of the corner forces of `node`, N.
     #[inline]
     pub fn sum(&self, corner_forces: &[f64], node: usize) -> [f64; 3] {

@@ -13,6 +13,7 @@ mod loads;
 pub mod model;
 mod simulation;
 mod solid_block;
+mod traffic;
 
 pub use curve::{Curve, CurveError, Interpolation};
 pub use energy::Energies;

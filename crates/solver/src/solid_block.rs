@@ -90,6 +90,9 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Moves every element to t_{n+1} and writes its corner forces −∫ T ∇N_a dV.
     fn advance(&mut self, motion: NodalMotion<'_>, step: &HexStep, corner_forces: &mut [f64]) -> BlockReport;
 
+    /// Bytes of the block's own data, corner forces included, that [`ElementBlock::advance`] reads and writes.
+    fn bytes_per_step(&self) -> usize;
+
     /// Stable time step of an element on its last geometry, s.
     fn stable_time_step(&self, element: usize) -> f64;
 
@@ -211,6 +214,13 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
             *report = R::vectorize(kernel);
         });
         self.reports.iter().fold(BlockReport::EMPTY, BlockReport::followed_by)
+    }
+
+    fn bytes_per_step(&self) -> usize {
+        let read = size_of_val(&*self.hexes) + size_of_val(&*self.connectivity) + size_of_val(&*self.corner_mass);
+        let updated = size_of_val(&*self.history);
+        let written = self.force_count() * size_of::<f64>();
+        read + 2 * updated + written
     }
 
     fn stable_time_step(&self, element: usize) -> f64 {

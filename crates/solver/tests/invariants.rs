@@ -71,6 +71,28 @@ fn state_after_crash(mesh: &Mesh, level: LaneLevel, threads: usize) -> (u64, u64
 }
 
 #[test]
+fn a_step_moves_as_many_bytes_on_any_lanes_and_more_with_more_history() {
+    let mesh = bricks([1.0, 1.0, 1.0], [4, 4, 4]);
+    let bytes = |material: &MaterialModel, level| {
+        let model = Model {
+            parts: whole(&mesh, material.clone(), Formulation::FBar),
+            settings: until(1.0),
+            ..Model::default()
+        };
+        Simulation::new(&mesh, model, level).unwrap().bytes_per_step()
+    };
+    // the number of hexes is a multiple of the lanes: no pack is filled up
+    for material in [elastic(), yielding(300e6, 1e9)] {
+        for level in LaneLevel::ALL {
+            assert_eq!(bytes(&material, level), bytes(&material, LaneLevel::Portable), "{level:?}");
+        }
+    }
+    // ε̄ᵖ of eight points, read and written
+    let [elastic, yielding] = [elastic(), yielding(300e6, 1e9)].map(|material| bytes(&material, LaneLevel::best()));
+    assert_eq!(yielding - elastic, mesh.hex_count() * 8 * 2 * 8);
+}
+
+#[test]
 fn threads_and_lanes_do_not_change_a_bit() {
     let mesh = bricks([9e-3, 9e-3, 13e-3], [9, 9, 13]);
     let expected = state_after_crash(&mesh, LaneLevel::best(), 1);
