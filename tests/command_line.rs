@@ -495,6 +495,60 @@ fn meshes_are_made_and_described() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn bench_measures_every_element_and_material() {
+    let workshop = Workshop::new();
+    let said = workshop.estar(&["bench", "--quick", "--hexes", "24", "--threads", "2", "--lanes", "portable"]);
+    said.assert(0, &["memory and arithmetic of the machine"]);
+    for part in
+        ["hex8-f-bar e-star box-rate linear", "hex8       elastic", "arithmetic, portable", "1 thread", "2 threads"]
+    {
+        assert!(said.text.contains(part), "no {part:?} in\n{}", said.text);
+    }
+    let widest = said.text.lines().map(|line| line.chars().count()).max();
+    assert!(widest <= Some(100), "{widest:?}\n{}", said.text);
+}
+
+#[test]
+fn bench_writes_figures_for_programs() {
+    let workshop = Workshop::new();
+    let said = workshop.estar(&["bench", "--quick", "--hexes", "24", "--threads", "1", "--lanes", "all", "--json"]);
+    said.assert(0, &[]);
+    let report: serde_json::Value = serde_json::from_str(&said.text).unwrap();
+    assert_eq!(report["threads"], serde_json::json!([1]));
+    let problem = &report["problems"].as_array().unwrap().last().unwrap();
+    assert_eq!((&problem["lanes"], &problem["hexes"]), (&"portable".into(), &24.into()));
+    let rows = problem["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 10);
+    for row in rows {
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        let [elastic, flops, yielding] =
+            [&row["elastic"]["flops"], &row["flops"], &row["yielding"]["flops"]].map(number);
+        assert!(elastic <= flops && flops <= yielding, "{row}");
+        assert!(number(&row["bytes"]) > 0.0 && number(&row["runs"][0]["nanoseconds"]) > 0.0, "{row}");
+    }
+}
+
+#[test]
+fn bench_draws_the_curve_over_sizes() {
+    let said = Workshop::new().estar(&["bench", "--quick", "--sizes", "--threads", "1"]);
+    said.assert(0, &[]);
+    assert!(said.text.contains("\n1 536 "), "{}", said.text);
+}
+
+#[test]
+fn bench_refuses_what_it_cannot_measure() {
+    let workshop = Workshop::new();
+    let refused =
+        |arguments: &[&str], parts: &[&str]| workshop.estar(&[&["bench"], arguments].concat()).assert(2, parts);
+    refused(&["--lanes", "sse"], &["'sse'", "portable, avx2, avx512, all"]);
+    refused(&["--hexes", "0"], &["a whole number from 1 to 10000000"]);
+    refused(&["--hexes", "1e5"], &["a whole number"]);
+    refused(&["--threads", "0"], &["a whole number from 1 to 4096"]);
+    refused(&["--hexes", "24", "--sizes"], &["cannot be used with"]);
+    refused(&["deck.toml"], &["deck.toml"]);
+}
+
+#[test]
 fn a_listener_that_goes_away_or_is_full_causes_no_panic() {
     let workshop = Workshop::new();
     workshop.write("deck.toml", DECK);

@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::bench::{BenchOptions, bench};
 use crate::check::{CheckOptions, check};
 use crate::console::tell;
 use crate::example::{self, ExampleArguments};
@@ -35,6 +36,8 @@ enum Command {
     /// Make structured meshes, or look into a mesh file
     #[command(subcommand)]
     Mesh(MeshCommand),
+    /// Time per element step of every element and material, against the limits of this machine
+    Bench(BenchArguments),
 }
 
 #[derive(Debug, Args)]
@@ -78,6 +81,28 @@ struct CheckArguments {
     json: bool,
 }
 
+#[derive(Debug, Args)]
+struct BenchArguments {
+    /// Number of threads beside one; all cores unless given
+    #[arg(long, value_name = "N", value_parser = thread_count)]
+    threads: Option<usize>,
+    /// Vector instructions: avx512, avx2, portable, or all that this machine has; the best unless given
+    #[arg(long, value_name = "LEVEL", value_parser = lane_levels)]
+    lanes: Option<LaneLevels>,
+    /// Hexes of the mesh, about; 41472 unless given
+    #[arg(long, value_name = "N", value_parser = hex_count, conflicts_with = "sizes")]
+    hexes: Option<usize>,
+    /// One element and material on meshes of 1.5 thousand to 2 million hexes (minutes, and gigabytes)
+    #[arg(long)]
+    sizes: bool,
+    /// A look in place of a measurement: small meshes and arrays, few repetitions
+    #[arg(long)]
+    quick: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
 /// More threads than this are a slip of the pen.
 const MOST_THREADS: usize = 4096;
 
@@ -92,6 +117,28 @@ fn lane_level(text: &str) -> Result<LaneLevel, String> {
     let names = || LaneLevel::ALL.iter().map(|level| level.name());
     let level = LaneLevel::ALL.into_iter().find(|level| level.name() == text);
     level.ok_or_else(|| format!("the choices are {}", names().collect::<Vec<_>>().join(", ")))
+}
+
+/// The sets of vector instructions that `estar bench` measures.
+#[derive(Clone, Debug)]
+struct LaneLevels(Vec<LaneLevel>);
+
+fn lane_levels(text: &str) -> Result<LaneLevels, String> {
+    if text == "all" {
+        return Ok(LaneLevels(LaneLevel::ALL.into_iter().rev().filter(|level| level.is_available()).collect()));
+    }
+    let level = lane_level(text).map_err(|error| format!("{error}, all"))?;
+    Ok(LaneLevels(vec![level]))
+}
+
+/// A bar with more hexes than this is a slip of the pen.
+const MOST_HEXES: usize = 10_000_000;
+
+fn hex_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (1..=MOST_HEXES).contains(&count) => Ok(count),
+        _ => Err(format!("a whole number from 1 to {MOST_HEXES} is needed")),
+    }
 }
 
 /// The program: reads the command line, does what it says, and returns the exit status.
@@ -125,5 +172,13 @@ fn execute(command: Command) -> Result<(), Failure> {
         }),
         Command::Example(arguments) => example::example(&arguments),
         Command::Mesh(command) => mesh(&command),
+        Command::Bench(arguments) => bench(&BenchOptions {
+            threads: arguments.threads,
+            lanes: arguments.lanes.map_or_else(|| vec![LaneLevel::best()], |levels| levels.0),
+            hexes: arguments.hexes,
+            sizes: arguments.sizes,
+            quick: arguments.quick,
+            json: arguments.json,
+        }),
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! [`deck`] reads what a user wrote, [`setup`] makes a problem of it and of the mesh, [`run`] runs it.
 
+pub mod bench;
 pub mod check;
 pub mod cli;
 pub mod console;

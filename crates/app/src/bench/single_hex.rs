@@ -1,0 +1,174 @@
+//! One hex (or one a lane) in the motion of the bar's foot: to count the operations of an element step, and to time the
+//! element alone.
+
+use estar_element::hex8::{self, CORNER_SIGNS, CORNERS, HexHistory, HexMotion, HexStep, HexUpdate, POINTS};
+use estar_material::{Material, MaterialModel, PointState};
+use estar_solver::model::Formulation;
+use estar_tensor::{Counted, Kernel, Operations, Real, Rotation, Vector3, array, operations};
+
+/// Edge of the hex, m.
+const EDGE: f64 = 0.25e-3;
+/// Steps that lead to the state of interest.
+pub const STEPS_BEFORE: usize = 20;
+
+/// How fast a hex is deformed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// As where a wave passes: every point stays elastic.
+    Elastic,
+    /// As in the foot of the bar: every point yields.
+    Yielding,
+}
+
+impl Pace {
+    /// Rate of the compression along z, 1/s.
+    fn rate(self) -> f64 {
+        match self {
+            Self::Elastic => 5e2,
+            Self::Yielding => 5e4,
+        }
+    }
+}
+
+/// A hex that is compressed, sheared, turned and bent at a constant rate, so that no two of its points do the same.
+pub struct SingleHex<'a, M: Material, R: Real> {
+    material: &'a M,
+    history: HexHistory<M::State<R>, R>,
+    motion: HexMotion<R>,
+    corner_mass: R,
+    step: HexStep,
+}
+
+impl<'a, M: Material, R: Real> SingleHex<'a, M, R> {
+    /// The hex at rest.
+    pub fn new(material: &'a M, formulation: Formulation, pace: Pace) -> Self {
+        // a corner is moved, so that no two edges are parallel by chance
+        let corner = |corner: usize| -> [f64; 3] {
+            let place = CORNER_SIGNS[corner].map(|sign| 0.5 * EDGE * sign);
+            if corner == 6 { std::array::from_fn(|i| place[i] * [1.05, 0.98, 1.03][i]) } else { place }
+        };
+        let velocity = |[x, y, z]: [f64; 3]| {
+            let bend = x * y / EDGE;
+            let gradient = [0.5 * x + 0.3 * z, 0.5 * y - 0.2 * x, 0.2 * bend - z + 0.1 * y];
+            gradient.map(|component| component * pace.rate())
+        };
+        let vector = |components: [f64; 3]| Vector3(components.map(R::splat));
+        let reference = array(|a| vector(corner(a)));
+        let lumped_mass: [R; CORNERS] = hex8::lumped_mass(&reference, material.elasticity().density());
+        let mut hex = Self {
+            material,
+            history: HexHistory {
+                states: [material.initial_state(); POINTS],
+                rotations: [Rotation::identity(); POINTS],
+                stable_time_step: R::splat(0.0),
+                viscous_pressure: R::splat(0.0),
+            },
+            motion: HexMotion { reference, position: reference, velocity: array(|a| vector(velocity(corner(a)))) },
+            corner_mass: lumped_mass.into_iter().reduce(R::min).expect("eight corners"),
+            step: HexStep { formulation, bulk_viscosity: None, time_step: 0.0 },
+        };
+        hex.step.time_step = 0.9 * hex.advance().stable_time_step.lane(0);
+        hex
+    }
+
+    /// Moves the hex by one step.
+    pub fn advance(&mut self) -> HexUpdate<R> {
+        R::vectorize(Step(self))
+    }
+
+    /// Every number of the history.
+    fn numbers(&self) -> Vec<R> {
+        let mut numbers = vec![self.history.stable_time_step, self.history.viscous_pressure];
+        self.history.states.iter().for_each(|state| state.for_each(|number| numbers.push(number)));
+        numbers.extend(self.history.rotations.iter().flat_map(|rotation| rotation.0));
+        numbers
+    }
+}
+
+struct Step<'a, 'b, M: Material, R: Real>(&'a mut SingleHex<'b, M, R>);
+
+impl<M: Material, R: Real> Kernel for Step<'_, '_, M, R> {
+    type Output = HexUpdate<R>;
+
+    #[inline(always)]
+    fn run(self) -> HexUpdate<R> {
+        let hex = self.0;
+        for (position, velocity) in hex.motion.position.iter_mut().zip(&hex.motion.velocity) {
+            *position = velocity.mul_add(R::splat(hex.step.time_step), *position);
+        }
+        hex8::advance(hex.material, &mut hex.history, &hex.motion, hex.corner_mass, &hex.step)
+    }
+}
+
+/// The operations of a step of one element, those that move its corners included.
+pub fn operations_of_step(material: &MaterialModel, formulation: Formulation, pace: Pace) -> Operations {
+    match material {
+        MaterialModel::Elastic(material) => counted(material, formulation, pace),
+        MaterialModel::EStar(material) => counted(material, formulation, pace),
+        MaterialModel::EStarKinematic(material) => counted(material, formulation, pace),
+        MaterialModel::EStarTotal(material) => counted(material, formulation, pace),
+    }
+}
+
+fn counted<M: Material>(material: &M, formulation: Formulation, pace: Pace) -> Operations {
+    let mut hex = SingleHex::<M, Counted>::new(material, formulation, pace);
+    for _ in 0..STEPS_BEFORE {
+        hex.advance();
+    }
+    operations(|| {
+        let update = hex.advance();
+        let mut results = hex.numbers();
+        results.extend(update.internal_force.iter().flat_map(|force| force.0));
+        results.extend([
+            update.internal_energy,
+            update.plastic_dissipation,
+            update.viscous_energy,
+            update.min_jacobian,
+            update.stable_time_step,
+        ]);
+        results
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::taylor_bar::materials;
+
+    /// Plastic strain of the points after the steps that lead to the state of interest, and after one more.
+    fn strains<M: Material>(material: &M, pace: Pace) -> [Vec<f64>; 2] {
+        let mut hex = SingleHex::<M, f64>::new(material, Formulation::FBar, pace);
+        for _ in 0..STEPS_BEFORE {
+            hex.advance();
+        }
+        let strains = |hex: &SingleHex<M, f64>| {
+            hex.history.states.iter().map(|state| material.equivalent_plastic_strain(state)).collect()
+        };
+        let before = strains(&hex);
+        hex.advance();
+        [before, strains(&hex)]
+    }
+
+    #[test]
+    fn the_hex_is_elastic_at_one_pace_and_yields_at_every_point_at_the_other() {
+        let (_, material) = materials().swap_remove(0);
+        let MaterialModel::EStar(material) = material else { panic!("the first material is E* in box-rate form") };
+        assert_eq!(strains(&material, Pace::Elastic)[1], [0.0; POINTS]);
+        let [before, after] = strains(&material, Pace::Yielding);
+        assert!(
+            before.iter().zip(&after).all(|(before, after)| after > before && *before > 0.0),
+            "{before:?} {after:?}"
+        );
+    }
+
+    #[test]
+    fn an_element_step_has_more_operations_where_it_yields() {
+        for (name, material) in materials() {
+            for formulation in [Formulation::Full, Formulation::FBar] {
+                let elastic = operations_of_step(&material, formulation, Pace::Elastic);
+                let yielding = operations_of_step(&material, formulation, Pace::Yielding);
+                assert_eq!(elastic.flops() < yielding.flops(), name != "elastic", "{name}");
+            }
+        }
+    }
+}

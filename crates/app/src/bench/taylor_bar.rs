@@ -1,0 +1,88 @@
+//! The problem that time per element step is measured on: a quarter of a copper rod, 32.4 mm long and 6.4 mm across,
+//! that hits a wall at 227 m/s. `estar bench` and the benchmarks share it.
+
+use estar_material::{ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, MaterialModel};
+use estar_mesh::generate::{CylinderParameters, CylinderSpec, Section, cylinder};
+use estar_mesh::{Mesh, locality_order};
+use estar_solver::model::{Direction, Fix, Formulation, InitialVelocity, Model, Part, RigidWall, TimeSettings};
+
+/// Hexes of the mesh on which published codes were measured: the bar of 12 cells along the edge of the core.
+pub const PEERS_HEX_COUNT: usize = bar_hex_count(12);
+
+/// Hexes of the bar with so many cells along the edge of the core, as many rings, and eight times as many along the axis.
+const fn bar_hex_count(cells: usize) -> usize {
+    3 * cells * cells * 8 * cells
+}
+
+/// The mesh that has nearest to `hex_count` hexes, in an order kind to the cache.
+pub fn mesh(hex_count: usize) -> Mesh {
+    let cells = (hex_count as f64 / bar_hex_count(1) as f64).cbrt().round().max(1.0) as u32;
+    let parameters = CylinderParameters {
+        radius: 3.2e-3,
+        length: 32.4e-3,
+        section: Section::Quarter,
+        core_cells: cells,
+        radial_rings: cells,
+        axial_cells: 8 * cells,
+        axial_grading: 1.0,
+    };
+    let mesh = cylinder(&CylinderSpec::try_from(parameters).expect("valid parameters"));
+    mesh.renumbered(&locality_order(&mesh))
+}
+
+/// The bar on a mesh of [`mesh`].
+pub fn model(mesh: &Mesh, material: MaterialModel, element: Formulation) -> Model {
+    let nodes = |name: &str| mesh.group(name).expect("a group of the generator").nodes.clone();
+    let bar = mesh.group("bar").expect("a group of the generator");
+    Model {
+        parts: vec![Part { hexes: bar.hexes.clone(), material, element }],
+        fixes: vec![
+            Fix { nodes: nodes("symmetry_x"), directions: vec![Direction::X] },
+            Fix { nodes: nodes("symmetry_y"), directions: vec![Direction::Y] },
+        ],
+        initial_velocities: vec![InitialVelocity {
+            nodes: bar.nodes.clone(),
+            translation: [0.0, 0.0, -227.0],
+            spin: None,
+        }],
+        walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.0 }],
+        settings: TimeSettings { end: 80e-6, ..TimeSettings::default() },
+        ..Model::default()
+    }
+}
+
+/// Every material that is measured, by name.
+pub fn materials() -> Vec<(&'static str, MaterialModel)> {
+    let elasticity =
+        IsotropicElasticity::new(8930.0, ElasticConstant::YoungModulus(117e9), ElasticConstant::PoissonRatio(0.35))
+            .expect("valid constants");
+    let linear = IsotropicHardening::linear(400e6, 100e6).expect("valid parameters");
+    let voce = IsotropicHardening::voce(400e6, 500e6, 10.0).expect("valid parameters");
+    let kinematic = KinematicHardening::prager(1e8).expect("valid parameters");
+    let box_rate = |hardening: &IsotropicHardening, kinematic| {
+        MaterialModel::e_star_box_rate(elasticity, hardening.clone(), kinematic)
+    };
+    vec![
+        ("e-star box-rate linear", box_rate(&linear, KinematicHardening::NONE)),
+        ("e-star box-rate voce", box_rate(&voce, KinematicHardening::NONE)),
+        ("e-star box-rate prager", box_rate(&linear, kinematic)),
+        ("e-star total linear", MaterialModel::e_star_total(elasticity, linear.clone())),
+        ("elastic", MaterialModel::elastic(elasticity)),
+    ]
+}
+
+/// Both elements.
+pub const ELEMENTS: [Formulation; 2] = [Formulation::FBar, Formulation::Full];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bar_has_the_hexes_of_the_peers_or_as_near_as_can_be() {
+        assert_eq!(PEERS_HEX_COUNT, 41_472);
+        assert_eq!(mesh(PEERS_HEX_COUNT).hex_count(), PEERS_HEX_COUNT);
+        assert_eq!(mesh(1).hex_count(), 24);
+        assert_eq!(mesh(200).hex_count(), 192);
+    }
+}
