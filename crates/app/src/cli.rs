@@ -92,7 +92,7 @@ struct BenchArguments {
     /// Hexes of the mesh, about; 41472 unless given
     #[arg(long, value_name = "N", value_parser = hex_count, conflicts_with = "sizes")]
     hexes: Option<usize>,
-    /// One element and material on meshes of 1.5 thousand to 2 million hexes (minutes, and gigabytes)
+    /// One element and material on meshes of 1.5 thousand to 2 million hexes (ten minutes, and gigabytes)
     #[arg(long)]
     sizes: bool,
     /// A look in place of a measurement: small meshes and arrays, few repetitions

@@ -122,6 +122,8 @@ pub struct Run {
     pub threads: usize,
     /// Wall time per element step, median, ns.
     pub nanoseconds: f64,
+    /// The same of the fastest repetition.
+    pub fastest_nanoseconds: f64,
     /// Half of the range of the repetitions, as a fraction of the median.
     pub spread: f64,
     /// Element steps per second.
@@ -143,6 +145,7 @@ impl Run {
         Self {
             threads,
             nanoseconds: median,
+            fastest_nanoseconds: times[0],
             spread: 0.5 * (times[times.len() - 1] - times[0]) / median,
             element_steps_per_second: 1e9 / median,
             roofline_fraction: 1e9 * at_least / median,

@@ -1,0 +1,187 @@
+//! The kernels alone: rotation of the polar decomposition, update of each material, step of each element, for each set of
+//! vector instructions.
+//!
+//! Measured: time per quadrature point, for the elements per element, of data in the first-level cache and in the motion of
+//! the bar's foot, where every point yields. Not measured: gathering, forces to memory, node sums, histories that come from
+//! memory, packs in which only some lanes yield.
+
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
+use estar::bench::single_hex::{Pace, STEPS_BEFORE, SingleHex};
+use estar::bench::taylor_bar::{ELEMENTS, materials};
+use estar::deck::model::element_name;
+use estar_material::{Material, MaterialModel, StepKinematics};
+use estar_solver::LaneLevel;
+use estar_solver::model::Formulation;
+use estar_tensor::{Kernel, Real, Rotation, Tensor, WithLanes, dispatch};
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+/// Packs of lanes that are worked on in turn: independent, and all in the first-level cache.
+const PACKS: usize = 4;
+/// Rounds over the packs between two looks at the clock.
+const ROUNDS: usize = 500;
+/// The same for an element, whose steps deform it.
+const ELEMENT_ROUNDS: usize = 100;
+
+/// Seconds of each of `count` things that were begun at `begun`.
+fn each(begun: Instant, count: usize) -> f64 {
+    begun.elapsed().as_secs_f64() / count as f64
+}
+
+/// The deformation gradient of the foot: compression, shear and a turn by `angle` (rad).
+fn deformation_gradient<R: Real>(angle: f64) -> Tensor<R> {
+    let turn = Rotation::about([0.3, -0.5, 0.8], angle).to_tensor();
+    let stretch = Tensor::from_rows([[1.2, 0.1, 0.0], [0.1, 1.1, -0.1], [0.0, -0.1, 0.75]]);
+    Tensor { columns: turn.dot(&stretch).columns.map(|column| estar_tensor::Vector3(column.0.map(R::splat))) }
+}
+
+/// Seconds of a polar decomposition whose guess is `angle` (rad) off.
+struct PolarTime {
+    angle: f64,
+}
+
+struct PolarRun<'a, R>(&'a [(Tensor<R>, Rotation<R>); PACKS]);
+
+impl WithLanes for PolarTime {
+    type Output = f64;
+
+    fn with_lanes<R: Real>(self) -> f64 {
+        let input = [(deformation_gradient::<R>(self.angle), Rotation::identity()); PACKS];
+        let begun = Instant::now();
+        for _ in 0..ROUNDS {
+            R::vectorize(PolarRun(black_box(&input)));
+        }
+        each(begun, ROUNDS * PACKS * R::LANES)
+    }
+}
+
+impl<R: Real> Kernel for PolarRun<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (gradient, guess) in self.0 {
+            black_box(Rotation::nearest(gradient, *guess));
+        }
+    }
+}
+
+/// Seconds of an update of a material that yields.
+struct UpdateTime<'a, M>(&'a M);
+
+struct UpdateRun<'a, M: Material, R: Real> {
+    material: &'a M,
+    old: [M::State<R>; PACKS],
+    motion: StepKinematics<R>,
+    time_step: f64,
+}
+
+impl<M: Material> WithLanes for UpdateTime<'_, M> {
+    type Output = f64;
+
+    fn with_lanes<R: Real>(self) -> f64 {
+        let rows = [[2.5e4, 1e4, 0.0], [-1e4, 2.5e4, 0.5e4], [0.0, 0.5e4, -5e4]];
+        let mut run = UpdateRun {
+            material: self.0,
+            old: [self.0.initial_state(); PACKS],
+            motion: StepKinematics {
+                velocity_gradient: Tensor::from_rows(rows.map(|row| row.map(R::splat))),
+                deformation_gradient: Tensor::identity(),
+                rotation_half: Tensor::identity(),
+                rotation_new: Tensor::identity(),
+            },
+            time_step: 2e-8,
+        };
+        for _ in 0..STEPS_BEFORE {
+            // F ← F + Δt L F
+            let gradient = run.motion.deformation_gradient;
+            let rate = run.motion.velocity_gradient.dot(&gradient);
+            run.motion.deformation_gradient = gradient + rate * R::splat(run.time_step);
+            run.old = R::vectorize(&run);
+        }
+        let begun = Instant::now();
+        for _ in 0..ROUNDS {
+            black_box(R::vectorize(black_box(&run)));
+        }
+        each(begun, ROUNDS * PACKS * R::LANES)
+    }
+}
+
+impl<M: Material, R: Real> Kernel for &UpdateRun<'_, M, R> {
+    type Output = [M::State<R>; PACKS];
+
+    #[inline(always)]
+    fn run(self) -> [M::State<R>; PACKS] {
+        let mut states = self.old;
+        for state in &mut states {
+            let update = self.material.update(state, &self.motion, self.time_step);
+            black_box(update.stress);
+            *state = update.state;
+        }
+        states
+    }
+}
+
+/// Seconds of a step of an element whose points yield.
+struct AdvanceTime<'a, M> {
+    material: &'a M,
+    element: Formulation,
+}
+
+impl<M: Material> WithLanes for AdvanceTime<'_, M> {
+    type Output = f64;
+
+    fn with_lanes<R: Real>(self) -> f64 {
+        let new = || SingleHex::<M, R>::new(self.material, self.element, Pace::Yielding);
+        let mut hexes: [_; PACKS] = std::array::from_fn(|_| new());
+        let mut advance = |rounds| {
+            for _ in 0..rounds {
+                for hex in &mut hexes {
+                    black_box(hex.advance());
+                }
+            }
+        };
+        advance(STEPS_BEFORE);
+        let begun = Instant::now();
+        advance(ELEMENT_ROUNDS);
+        each(begun, ELEMENT_ROUNDS * PACKS * R::LANES)
+    }
+}
+
+/// Enters a benchmark: `seconds` measures one of what an iteration is.
+fn enter(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, seconds: impl Fn() -> f64) {
+    group.bench_function(name, |bencher| {
+        bencher.iter_custom(|iterations| Duration::from_secs_f64(seconds() * iterations as f64));
+    });
+}
+
+fn of_material<M: Material>(group: &mut BenchmarkGroup<'_, WallTime>, level: LaneLevel, name: &str, material: &M) {
+    enter(group, &format!("update, {name}"), || dispatch(level, UpdateTime(material)));
+    for element in ELEMENTS {
+        let time = || dispatch(level, AdvanceTime { material, element });
+        enter(group, &format!("{}, {name}", element_name(element)), time);
+    }
+}
+
+fn kernels(criterion: &mut Criterion) {
+    for level in LaneLevel::ALL.into_iter().filter(|level| level.is_available()).rev() {
+        let mut group = criterion.benchmark_group(format!("kernel, {}", level.name()));
+        group.sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(1));
+        for (name, angle) in [("polar, guess of the last step", 1e-4), ("polar, guess 60 degrees off", 1.05)] {
+            enter(&mut group, name, || dispatch(level, PolarTime { angle }));
+        }
+        for (name, material) in materials() {
+            match &material {
+                MaterialModel::Elastic(material) => of_material(&mut group, level, name, material),
+                MaterialModel::EStar(material) => of_material(&mut group, level, name, material),
+                MaterialModel::EStarKinematic(material) => of_material(&mut group, level, name, material),
+                MaterialModel::EStarTotal(material) => of_material(&mut group, level, name, material),
+            }
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, kernels);
+criterion_main!(benches);
