@@ -18,12 +18,16 @@ impl<'a> Cursor<'a> {
         Self { bytes, at: 0, line: 1, binary: false, within: "the header" }
     }
 
-    pub fn position(&self) -> usize {
-        self.at
-    }
-
     pub fn place(&self) -> Place {
         if self.binary { Place::Byte(self.at as u64) } else { Place::Line(self.line) }
+    }
+
+    /// The place of the next number.
+    pub fn next_place(mut self) -> Place {
+        if !self.binary {
+            self.skip_white_space();
+        }
+        self.place()
     }
 
     pub fn rest(&self) -> &'a [u8] {
@@ -43,11 +47,6 @@ impl<'a> Cursor<'a> {
             self.line += self.bytes[self.at..self.at + byte_count].iter().filter(|byte| **byte == b'\n').count() as u64;
         }
         self.at += byte_count;
-    }
-
-    /// Passes over that many bytes, or to the end.
-    pub fn skip_bytes(&mut self, count: usize) {
-        self.advance(count.min(self.bytes.len() - self.at));
     }
 
     pub fn skip_white_space(&mut self) {

@@ -190,12 +190,6 @@ pub enum Problem {
     /// Node blocks with parametric coordinates.
     #[error("the nodes have parametric coordinates; save with Mesh.SaveParametric = 0")]
     Parametric,
-    /// What the Gmsh parser says.
-    #[error("{message}")]
-    Parser {
-        /// Its message.
-        message: String,
-    },
     /// A name that is not text.
     #[error("a name is not valid UTF-8; rename the group")]
     NameNotUtf8,

@@ -56,7 +56,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<MeshFile, Located> {
 
     let encoding = if binary { "binary" } else { "ASCII" };
     if version == "4.1" {
-        v41::read(bytes, cursor, format!("Gmsh 4.1, {encoding}"))
+        v41::read(cursor, format!("Gmsh 4.1, {encoding}"))
     } else {
         v22::read(cursor, format!("Gmsh {version}, {encoding}"))
     }

@@ -1,9 +1,7 @@
-//! Format 4.1, through the crate `mshio`.
+//! Format 4.1.
 //!
-//! `mshio` turns `$Nodes` and `$Elements` into numbers. It is only handed files that it handles well: counts are
-//! compared with the size of the file first, so that a bad header costs nothing and meets none of its panics.
-//! What it leaves out is read here: physical names and the groups of each entity, and node numbers, which it drops
-//! when they have no gaps although their order is free.
+//! The sections may come in any order: `$Elements` is framed where it is met, its counts compared with the size of the file,
+//! and its numbers are read when all nodes are known. So a bad header costs nothing.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -20,19 +18,11 @@ use crate::error::{Located, Place, Problem};
 /// The physical groups of each geometric entity, by dimension and number.
 type EntityGroups = HashMap<(usize, i32), Vec<i32>>;
 
-/// What is known of a section before its numbers are read.
+/// Nodes in the order of the file.
 #[derive(Debug)]
-struct Framed<'a, Block> {
-    blocks: Vec<Block>,
-    /// From after the section's totals to its end.
-    body: Cursor<'a>,
-    end: usize,
-    total: u64,
-}
-
-#[derive(Debug)]
-struct NodeBlock {
+struct Nodes {
     labels: Vec<NodeLabel>,
+    coordinates: Vec<[f64; 3]>,
 }
 
 #[derive(Debug)]
@@ -44,7 +34,7 @@ struct ElementBlock<'a> {
     start: Cursor<'a>,
 }
 
-pub(super) fn read(bytes: &[u8], mut cursor: Cursor, format: String) -> Result<MeshFile, Located> {
+pub(super) fn read(mut cursor: Cursor, format: String) -> Result<MeshFile, Located> {
     let mut physical = PhysicalGroups::default();
     let mut entity_groups = EntityGroups::new();
     let (mut nodes, mut elements) = (None, None);
@@ -54,7 +44,7 @@ pub(super) fn read(bytes: &[u8], mut cursor: Cursor, format: String) -> Result<M
             b"PhysicalNames" => physical.read_names(&mut cursor)?,
             b"Entities" => read_entities(&mut cursor, &mut entity_groups)?,
             b"Nodes" if nodes.is_some() => return second("Nodes"),
-            b"Nodes" => nodes = Some(frame_nodes(&mut cursor)?),
+            b"Nodes" => nodes = Some(read_nodes(&mut cursor)?),
             b"Elements" if elements.is_some() => return second("Elements"),
             b"Elements" => elements = Some(frame_elements(&mut cursor)?),
             b"PartitionedEntities" => return Err(cursor.fail(Problem::Partitioned)),
@@ -64,59 +54,41 @@ pub(super) fn read(bytes: &[u8], mut cursor: Cursor, format: String) -> Result<M
     let missing = |section| Problem::MissingSection { section, before: "" }.at(Place::File);
     let nodes = nodes.ok_or_else(|| missing("Nodes"))?;
     let elements = elements.ok_or_else(|| missing("Elements"))?;
-    refuse_unsupported(&elements.blocks, &entity_groups)?;
-
-    let parsed = parse(bytes, &nodes, &elements)?;
-    let (Some(parsed_nodes), Some(parsed_elements)) = (parsed.data.nodes, parsed.data.elements) else {
-        return Err(missing("Nodes"));
-    };
-
-    let mut assembly = Assembly::default();
-    // The parser splits words such as 1-1 in two: then it reads other numbers than were counted.
-    let damaged =
-        || Problem::Parser { message: "the numbers are not as Gmsh writes them; export the mesh again".into() };
-    for (block, framed) in parsed_nodes.node_blocks.into_iter().zip(nodes.blocks) {
-        if block.nodes.len() != framed.labels.len() {
-            return Err(damaged().at(nodes.body.place()));
-        }
-        assembly.coordinates.extend(block.nodes.iter().map(|node| [node.x, node.y, node.z]));
-        assembly.node_labels.extend(framed.labels);
+    refuse_unsupported(&elements, &entity_groups)?;
+    if nodes.labels.is_empty() || elements.iter().all(|block| block.count == 0) {
+        return Err(Problem::Mesh(estar_mesh::MeshError::NoHexes).at(Place::File));
     }
-    let index = NodeIndex::new(&assembly.node_labels);
-    for (block, framed) in parsed_elements.element_blocks.into_iter().zip(&elements.blocks) {
-        if block.elements.len() as u64 != framed.count || block.element_type as i32 != framed.element_type.code {
-            return Err(damaged().at(framed.start.place()));
-        }
-        let dimension = framed.element_type.dimension;
+
+    let index = NodeIndex::new(&nodes.labels);
+    let mut assembly = Assembly { coordinates: nodes.coordinates, node_labels: nodes.labels, ..Assembly::default() };
+    for block in &elements {
+        let dimension = block.element_type.dimension;
         let groups: Vec<usize> = entity_groups
-            .get(&framed.entity)
+            .get(&block.entity)
             .into_iter()
             .flatten()
             .map(|number| physical.position(dimension, *number))
             .collect();
-        if framed.element_type.code == HEX8 {
+        if block.element_type.code == HEX8 {
             let first = assembly.hexes.len() as u32;
-            for (k, element) in block.elements.iter().enumerate() {
-                let corners = index.corners(element.element_tag, &element.nodes);
-                assembly.hexes.push(corners.map_err(|problem| problem.at(framed.place_of(k)))?);
-                assembly.hex_labels.push(ElementLabel(element.element_tag));
-            }
+            // the count was compared with the size of the file
+            assembly.hexes.reserve(block.count as usize);
+            assembly.hex_labels.reserve(block.count as usize);
+            block.for_each(&index, |label, corners| {
+                assembly.hexes.push(corners);
+                assembly.hex_labels.push(ElementLabel(label));
+            })?;
             for &group in &groups {
                 physical.group_mut(group).hexes.extend(first..assembly.hexes.len() as u32);
             }
-        } else if !groups.is_empty() {
-            for (k, element) in block.elements.iter().enumerate() {
-                let located = |problem: Problem| problem.at(framed.place_of(k));
-                let tag = element.element_tag;
-                for &group in &groups {
-                    let group = physical.group_mut(group);
-                    match framed.element_type.code {
-                        QUAD4 => group.faces.push(index.corners(tag, &element.nodes).map_err(located)?),
-                        LINE2 => group.nodes.extend(index.corners::<2>(tag, &element.nodes).map_err(located)?),
-                        POINT => group.nodes.extend(index.corners::<1>(tag, &element.nodes).map_err(located)?),
-                        _ => {}
-                    }
-                }
+        }
+        for &group in &groups {
+            let group = physical.group_mut(group);
+            match block.element_type.code {
+                QUAD4 => block.for_each(&index, |_, corners| group.faces.push(corners))?,
+                LINE2 => block.for_each(&index, |_, ends: [u32; 2]| group.nodes.extend(ends))?,
+                POINT => block.for_each(&index, |_, node: [u32; 1]| group.nodes.extend(node))?,
+                _ => {}
             }
         }
     }
@@ -125,19 +97,23 @@ pub(super) fn read(bytes: &[u8], mut cursor: Cursor, format: String) -> Result<M
 }
 
 impl ElementBlock<'_> {
-    /// Where an element is in the file; only asked for when something is wrong with it.
-    fn place_of(&self, element: usize) -> Place {
+    /// Calls `visit` with the number of each element and the indices of its nodes.
+    fn for_each<const NODES: usize>(
+        &self,
+        index: &NodeIndex,
+        mut visit: impl FnMut(u64, [u32; NODES]),
+    ) -> Result<(), Located> {
         let mut cursor = self.start;
-        let word_count = 1 + self.element_type.node_count as u64;
-        match cursor.skip("elements", element as u64, word_count, 8 * word_count) {
-            Ok(()) => {
-                if !cursor.binary {
-                    cursor.skip_white_space();
-                }
-                cursor.place()
+        for _ in 0..self.count {
+            let at = cursor;
+            let label = cursor.size("an element's number")?;
+            let mut nodes = [0; NODES];
+            for node in &mut nodes {
+                *node = cursor.size("a node's number")?;
             }
-            Err(_) => self.start.place(),
+            visit(label, index.corners(label, &nodes).map_err(|problem| problem.at(at.next_place()))?);
         }
+        Ok(())
     }
 }
 
@@ -193,11 +169,10 @@ fn add_up(
     if found == announced { Ok(()) } else { Err(cursor.fail(Problem::CountMismatch { what, announced, found })) }
 }
 
-fn frame_nodes<'a>(cursor: &mut Cursor<'a>) -> Result<Framed<'a, NodeBlock>, Located> {
+fn read_nodes(cursor: &mut Cursor) -> Result<Nodes, Located> {
     cursor.within = "$Nodes";
     let (block_count, total) = totals(cursor)?;
-    let body = *cursor;
-    let mut blocks = Vec::new();
+    let mut nodes = Nodes { labels: Vec::new(), coordinates: Vec::new() };
     for _ in 0..block_count {
         cursor.int("an entity's dimension")?;
         cursor.int("an entity's number")?;
@@ -206,23 +181,27 @@ fn frame_nodes<'a>(cursor: &mut Cursor<'a>) -> Result<Framed<'a, NodeBlock>, Loc
         }
         let count = cursor.size("the number of nodes of a block")?;
         cursor.check_room("nodes", count, 4, 32)?;
-        let mut labels = Vec::with_capacity(count as usize);
+        nodes.labels.reserve(count as usize);
+        nodes.coordinates.reserve(count as usize);
         for _ in 0..count {
-            labels.push(NodeLabel(cursor.size("a node's number")?));
+            nodes.labels.push(NodeLabel(cursor.size("a node's number")?));
         }
-        cursor.skip("coordinates", count, 3, 24)?;
-        blocks.push(NodeBlock { labels });
+        for _ in 0..count {
+            let mut position = [0.0; 3];
+            for coordinate in &mut position {
+                *coordinate = cursor.double("a coordinate")?;
+            }
+            nodes.coordinates.push(position);
+        }
     }
-    add_up(cursor, "nodes", total, blocks.iter().map(|block| block.labels.len() as u64))?;
-    let end = cursor.position();
+    add_up(cursor, "nodes", total, [nodes.labels.len() as u64].into_iter())?;
     section_end(cursor, "Nodes")?;
-    Ok(Framed { blocks, body, end, total })
+    Ok(nodes)
 }
 
-fn frame_elements<'a>(cursor: &mut Cursor<'a>) -> Result<Framed<'a, ElementBlock<'a>>, Located> {
+fn frame_elements<'a>(cursor: &mut Cursor<'a>) -> Result<Vec<ElementBlock<'a>>, Located> {
     cursor.within = "$Elements";
     let (block_count, total) = totals(cursor)?;
-    let body = *cursor;
     let mut blocks = Vec::new();
     for _ in 0..block_count {
         let at = *cursor;
@@ -243,9 +222,8 @@ fn frame_elements<'a>(cursor: &mut Cursor<'a>) -> Result<Framed<'a, ElementBlock
         blocks.push(ElementBlock { entity: (element_type.dimension, tag), element_type, count, start });
     }
     add_up(cursor, "elements", total, blocks.iter().map(|block| block.count))?;
-    let end = cursor.position();
     section_end(cursor, "Elements")?;
-    Ok(Framed { blocks, body, end, total })
+    Ok(blocks)
 }
 
 /// An error if elements that are used are of a type that is not: any solid, and any other that is in a group.
@@ -269,50 +247,4 @@ fn refuse_unsupported(blocks: &[ElementBlock], entity_groups: &EntityGroups) -> 
         Some(place) => Err(Problem::UnsupportedElements(unsupported.into_iter().map(|(_, u)| u).collect()).at(place)),
         None => Ok(()),
     }
-}
-
-type ParsedFile = mshio::MshFile<u64, i32, f64>;
-
-/// `mshio` on the two sections it is needed for, under a header of our own.
-fn parse(bytes: &[u8], nodes: &Framed<NodeBlock>, elements: &Framed<ElementBlock>) -> Result<ParsedFile, Located> {
-    if nodes.total == 0 || elements.total == 0 {
-        return Err(Problem::Mesh(estar_mesh::MeshError::NoHexes).at(Place::File));
-    }
-    let binary = nodes.body.binary;
-    let mut file = Vec::new();
-    if binary {
-        file.extend_from_slice(b"$MeshFormat\n4.1 1 8\n\x01\0\0\0\n$EndMeshFormat\n");
-    } else {
-        file.extend_from_slice(b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
-    }
-    // Where each section starts in the parser's file, and in the user's.
-    let mut origins = Vec::new();
-    let sections = [
-        ("Nodes", nodes.blocks.len(), nodes.total, nodes.body, nodes.end),
-        ("Elements", elements.blocks.len(), elements.total, elements.body, elements.end),
-    ];
-    for (section, block_count, total, body, end) in sections {
-        file.extend_from_slice(format!("${section}\n").as_bytes());
-        // Least and greatest number both 1: else the parser builds maps that nobody reads.
-        let totals = [block_count as u64, total, 1, 1];
-        if binary {
-            file.extend(totals.iter().flat_map(|number| number.to_le_bytes()));
-        } else {
-            file.extend_from_slice(totals.map(|number| number.to_string()).join(" ").as_bytes());
-        }
-        origins.push((file.len(), body));
-        file.extend_from_slice(&bytes[body.position()..end]);
-        file.extend_from_slice(format!("\n$End{section}\n").as_bytes());
-    }
-
-    mshio::parse_msh_bytes(&file).map_err(|error| {
-        let kind = error.first_msh_error().map_or_else(|| "not as Gmsh writes it".to_owned(), |kind| kind.to_string());
-        let at = error.backtrace.first().map_or(0, |(rest, _)| file.len() - rest.len());
-        let place = origins.iter().rev().find(|(start, _)| *start <= at).map_or(Place::File, |(start, body)| {
-            let mut cursor = *body;
-            cursor.skip_bytes(at - start);
-            cursor.place()
-        });
-        Problem::Parser { message: format!("{kind} The file is damaged: export it again") }.at(place)
-    })
 }
