@@ -1,20 +1,28 @@
 //! The mesh and what makes it valid.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use thiserror::Error;
 
 use crate::hex::{face_key, faces};
 use crate::{ElementLabel, Group, NodeLabel};
 
-/// Nodes, hexes and named groups. Valid once it exists; see [`Mesh::new`].
+/// Nodes, hexes and named groups. Valid once it exists; see [`Mesh::new`]. Clones share one memory: whoever needs a mesh
+/// for long keeps one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
-    pub(crate) coordinates: Vec<[f64; 3]>,
-    pub(crate) node_labels: Vec<NodeLabel>,
-    pub(crate) hexes: Vec<[u32; 8]>,
-    pub(crate) hex_labels: Vec<ElementLabel>,
-    pub(crate) groups: Vec<Group>,
+    pub(crate) parts: Arc<Parts>,
+}
+
+/// What a mesh is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Parts {
+    pub coordinates: Vec<[f64; 3]>,
+    pub node_labels: Vec<NodeLabel>,
+    pub hexes: Vec<[u32; 8]>,
+    pub hex_labels: Vec<ElementLabel>,
+    pub groups: Vec<Group>,
 }
 
 /// Why nodes, hexes and groups do not make a mesh.
@@ -208,73 +216,78 @@ impl Mesh {
             }
         }
         for group in &mut groups {
-            group.complete(&hexes);
+            group.complete(&hexes, coordinates.len());
             if group.nodes.is_empty() {
                 return Err(MeshError::EmptyGroup { group: group.name.clone() });
             }
         }
-        Ok(Self { coordinates, node_labels, hexes, hex_labels, groups })
+        Ok(Self::of(Parts { coordinates, node_labels, hexes, hex_labels, groups }))
     }
 
     /// A mesh numbered from 1 whose parts are valid by construction.
     pub(crate) fn generated(coordinates: Vec<[f64; 3]>, hexes: Vec<[u32; 8]>, mut groups: Vec<Group>) -> Self {
         for group in &mut groups {
-            group.complete(&hexes);
+            group.complete(&hexes, coordinates.len());
         }
         let node_labels = (1..=coordinates.len() as u64).map(NodeLabel).collect();
         let hex_labels = (1..=hexes.len() as u64).map(ElementLabel).collect();
-        Self { coordinates, node_labels, hexes, hex_labels, groups }
+        Self::of(Parts { coordinates, node_labels, hexes, hex_labels, groups })
+    }
+
+    /// The mesh of valid parts.
+    pub(crate) fn of(parts: Parts) -> Self {
+        Self { parts: Arc::new(parts) }
     }
 
     /// The number of nodes.
     pub fn node_count(&self) -> usize {
-        self.coordinates.len()
+        self.parts.coordinates.len()
     }
 
     /// The number of hexes.
     pub fn hex_count(&self) -> usize {
-        self.hexes.len()
+        self.parts.hexes.len()
     }
 
     /// The position of every node.
     pub fn coordinates(&self) -> &[[f64; 3]] {
-        &self.coordinates
+        &self.parts.coordinates
     }
 
     /// The user's number of every node.
     pub fn node_labels(&self) -> &[NodeLabel] {
-        &self.node_labels
+        &self.parts.node_labels
     }
 
     /// The corner nodes of every hex.
     pub fn hexes(&self) -> &[[u32; 8]] {
-        &self.hexes
+        &self.parts.hexes
     }
 
     /// The user's number of every hex.
     pub fn hex_labels(&self) -> &[ElementLabel] {
-        &self.hex_labels
+        &self.parts.hex_labels
     }
 
     /// All groups, in the order of the file.
     pub fn groups(&self) -> &[Group] {
-        &self.groups
+        &self.parts.groups
     }
 
     /// The group of that name.
     pub fn group(&self, name: &str) -> Option<&Group> {
-        self.groups.iter().find(|group| group.name == name)
+        self.parts.groups.iter().find(|group| group.name == name)
     }
 
     /// The positions of a hex's corners.
     pub fn corners(&self, hex: usize) -> [[f64; 3]; 8] {
-        self.hexes[hex].map(|node| self.coordinates[node as usize])
+        self.parts.hexes[hex].map(|node| self.parts.coordinates[node as usize])
     }
 
     /// The least and the greatest coordinates.
     pub fn extent(&self) -> [[f64; 3]; 2] {
         let mut extent = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        for position in &self.coordinates {
+        for position in &self.parts.coordinates {
             for axis in 0..3 {
                 extent[0][axis] = extent[0][axis].min(position[axis]);
                 extent[1][axis] = extent[1][axis].max(position[axis]);
@@ -288,7 +301,8 @@ impl Mesh {
     /// # Errors
     /// [`MeshError::NonFiniteCoordinate`] if a coordinate leaves the range of numbers.
     pub fn scaled(mut self, factor: f64) -> Result<Self, MeshError> {
-        for (position, &node) in self.coordinates.iter_mut().zip(&self.node_labels) {
+        let parts = Arc::make_mut(&mut self.parts);
+        for (position, &node) in parts.coordinates.iter_mut().zip(&parts.node_labels) {
             for (value, axis) in position.iter_mut().zip(['x', 'y', 'z']) {
                 *value *= factor;
                 if !value.is_finite() {
@@ -311,7 +325,7 @@ impl Mesh {
         }
         let mut owners: HashMap<[u32; 4], ([u32; 4], Vec<usize>)> =
             group.faces.iter().map(|face| (face_key(face), (*face, Vec::new()))).collect();
-        for (hex, corners) in self.hexes.iter().enumerate() {
+        for (hex, corners) in self.parts.hexes.iter().enumerate() {
             if corners.iter().filter(|&&node| in_group[node as usize]).count() < 4 {
                 continue;
             }
@@ -326,13 +340,13 @@ impl Mesh {
             .faces
             .iter()
             .map(|face| {
-                let nodes = face.map(|node| self.node_labels[node as usize]);
+                let nodes = face.map(|node| self.parts.node_labels[node as usize]);
                 match owners.get(&face_key(face)) {
                     Some((outward, hexes)) if hexes.len() == 1 => Ok(*outward),
                     Some((_, hexes)) if hexes.len() > 1 => Err(FaceError::Interior {
                         group: group.name.clone(),
                         nodes,
-                        elements: [self.hex_labels[hexes[0]], self.hex_labels[hexes[1]]],
+                        elements: [self.parts.hex_labels[hexes[0]], self.parts.hex_labels[hexes[1]]],
                     }),
                     _ => Err(FaceError::NoHex { group: group.name.clone(), nodes }),
                 }
@@ -436,7 +450,7 @@ mod tests {
             group.faces.iter_mut().for_each(|face| face.reverse());
             assert_eq!(mesh.outward_faces(&group).unwrap(), outward);
             for face in outward {
-                let [a, b, _, d] = face.map(|node| mesh.coordinates[node as usize]);
+                let [a, b, _, d] = face.map(|node| mesh.coordinates()[node as usize]);
                 let axis = usize::from(name.as_bytes()[0] - b'x');
                 let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
                 let normal = (b[i] - a[i]) * (d[j] - a[j]) - (b[j] - a[j]) * (d[i] - a[i]);
@@ -449,7 +463,7 @@ mod tests {
     fn interior_and_foreign_faces_are_named() {
         let mesh = two_hexes();
         let interior: Vec<u32> =
-            (0..12).filter(|&node| (mesh.coordinates[node as usize][0] - 1.0).abs() < 1e-12).collect();
+            (0..12).filter(|&node| (mesh.coordinates()[node as usize][0] - 1.0).abs() < 1e-12).collect();
         let group = Group::surface("mid", vec![[interior[0], interior[1], interior[2], interior[3]]]);
         let error = mesh.outward_faces(&group).unwrap_err();
         assert!(matches!(error, FaceError::Interior { elements: [ElementLabel(1), ElementLabel(2)], .. }));

@@ -1,5 +1,8 @@
 //! A numbering in which neighbours in space are neighbours in memory.
 
+use rayon::prelude::*;
+
+use crate::mesh::Parts;
 use crate::{Group, Mesh};
 
 /// A new order of nodes and hexes.
@@ -38,19 +41,20 @@ pub fn locality_order(mesh: &Mesh) -> Renumbering {
     let side = (0..3).map(|axis| greatest[axis] - least[axis]).fold(f64::MIN_POSITIVE, f64::max);
     let mut keyed: Vec<(u64, u32)> = mesh
         .hexes()
-        .iter()
-        .zip(0..)
-        .map(|(corners, hex)| {
+        .par_iter()
+        .enumerate()
+        .map(|(hex, corners)| {
             let mut cell = [0; 3];
             for (axis, cell) in cell.iter_mut().enumerate() {
                 let centre = corners.iter().map(|&node| mesh.coordinates()[node as usize][axis] / 8.0).sum::<f64>();
                 // One cube for all axes keeps the curve's cells cubes, so that it is local in every direction alike.
                 *cell = ((centre - least[axis]) / side * LAST_CELL) as u32;
             }
-            (hilbert_index(cell), hex)
+            (hilbert_index(cell), hex as u32)
         })
         .collect();
-    keyed.sort_unstable();
+    // no two are equal: the order does not depend on the threads
+    keyed.par_sort_unstable();
     let old_hexes: Vec<u32> = keyed.into_iter().map(|(_, hex)| hex).collect();
 
     let mut seen = vec![false; mesh.node_count()];
@@ -117,13 +121,14 @@ impl Mesh {
             indices.sort_unstable();
             indices
         };
-        Mesh {
-            coordinates: renumbering.old_nodes.iter().map(|&old| self.coordinates[old as usize]).collect(),
-            node_labels: renumbering.old_nodes.iter().map(|&old| self.node_labels[old as usize]).collect(),
-            hexes: renumbering.old_hexes.iter().map(|&old| self.hexes[old as usize].map(node)).collect(),
-            hex_labels: renumbering.old_hexes.iter().map(|&old| self.hex_labels[old as usize]).collect(),
+        let (old_nodes, old_hexes) = (&renumbering.old_nodes, &renumbering.old_hexes);
+        Mesh::of(Parts {
+            coordinates: old_nodes.par_iter().map(|&old| self.coordinates()[old as usize]).collect(),
+            node_labels: old_nodes.par_iter().map(|&old| self.node_labels()[old as usize]).collect(),
+            hexes: old_hexes.par_iter().map(|&old| self.hexes()[old as usize].map(node)).collect(),
+            hex_labels: old_hexes.par_iter().map(|&old| self.hex_labels()[old as usize]).collect(),
             groups: self
-                .groups
+                .groups()
                 .iter()
                 .map(|group| Group {
                     name: group.name.clone(),
@@ -133,7 +138,7 @@ impl Mesh {
                     faces: group.faces.iter().map(|face| face.map(node)).collect(),
                 })
                 .collect(),
-        }
+        })
     }
 }
 

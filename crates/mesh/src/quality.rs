@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::hex::{CORNER_NEIGHBOURS, CORNER_SIGNS};
@@ -97,11 +98,10 @@ pub struct QualityReport {
 impl QualityReport {
     /// The report on a mesh.
     pub fn new(mesh: &Mesh) -> Self {
-        let hexes: Vec<HexQuality> = (0..mesh.hex_count()).map(|hex| HexQuality::new(&mesh.corners(hex))).collect();
-        let mut errors = Vec::new();
-        for (hex, quality) in hexes.iter().enumerate() {
-            errors.extend(hex_error(mesh, hex, quality));
-        }
+        let hexes: Vec<HexQuality> =
+            (0..mesh.hex_count()).into_par_iter().map(|hex| HexQuality::new(&mesh.corners(hex))).collect();
+        let errors = hexes.par_iter().enumerate().filter_map(|(hex, quality)| hex_error(mesh, hex, quality));
+        let mut errors: Vec<QualityError> = errors.collect();
         errors.extend(duplicates(mesh));
         errors.extend(unused_nodes(mesh).map(|node| QualityError::UnusedNode { node }));
         Self { hexes, hex_labels: mesh.hex_labels().to_vec(), errors }
@@ -252,15 +252,15 @@ fn hex_error(mesh: &Mesh, hex: usize, quality: &HexQuality) -> Option<QualityErr
 fn duplicates(mesh: &Mesh) -> Vec<QualityError> {
     let mut keyed: Vec<([u32; 8], u32)> = mesh
         .hexes()
-        .iter()
-        .zip(0..)
-        .map(|(nodes, hex)| {
+        .par_iter()
+        .enumerate()
+        .map(|(hex, nodes)| {
             let mut key = *nodes;
             key.sort_unstable();
-            (key, hex)
+            (key, hex as u32)
         })
         .collect();
-    keyed.sort_unstable();
+    keyed.par_sort_unstable();
     let label = |hex: u32| mesh.hex_labels()[hex as usize];
     keyed
         .windows(2)
@@ -278,7 +278,7 @@ fn unused_nodes(mesh: &Mesh) -> impl Iterator<Item = NodeLabel> + '_ {
 }
 
 /// ∫ det ∂x/∂ξ dξ over the reference cube, by 2×2×2 Gauss points, which is exact for a trilinear hex.
-fn volume(corners: &[[f64; 3]; 8]) -> f64 {
+pub fn volume(corners: &[[f64; 3]; 8]) -> f64 {
     let g = 1.0 / 3.0_f64.sqrt();
     CORNER_SIGNS
         .iter()
