@@ -85,17 +85,16 @@ struct Controlling {
 /// # Errors
 /// Every fault of deck and mesh.
 pub fn check(options: &CheckOptions) -> Result<(), Failure> {
-    let problem = match setup::load(&options.deck, &options.overrides) {
-        Ok(problem) => problem,
+    let (pool, lanes) = machine(options.threads, options.lanes)?;
+    pool.install(|| match setup::load(&options.deck, &options.overrides) {
+        Ok(problem) => forecast(&problem, options, lanes),
         Err(error) => {
             if options.json {
                 print_json(&Report { findings: findings_of(&error), ..Report::default() })?;
             }
-            return Err(error.into_failure(is_coloured()));
+            Err(error.into_failure(is_coloured()))
         }
-    };
-    let (pool, lanes) = machine(options.threads, options.lanes)?;
-    pool.install(|| forecast(&problem, options, lanes))
+    })
 }
 
 fn findings_of(error: &LoadError) -> Vec<Finding> {

@@ -1,53 +1,49 @@
 //! Frames, written by a thread of their own so that output does not stop the loop.
+//!
+//! The loop copies what only it has: displacements, velocities, and means over the points of the hexes. What follows from
+//! them (places, von Mises stress, pressure, volume ratio) the writer works out number by number.
+//!
+//! A frame's numbers are in one of two buffers that go to and fro. When frames come faster than they can be written both are
+//! under way, and the loop waits for one: memory is bounded, and no frame is lost.
 
 use crate::failure::Failure;
 use crate::fields::Field;
-use crate::snapshot::Snapshot;
-use estar_io::{FieldData, Frame, ResultWriter};
+use estar_io::{FieldData, Frame, Grid, ResultWriter, WriteError};
 use estar_mesh::Mesh;
+use estar_solver::Simulation;
+use estar_solver::fields::{pressure, volume_ratio, von_mises_stress};
 use estar_solver::model::Part;
+use rayon::prelude::*;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
-/// Frames that may wait for the writer before the solver waits, too.
-const WAITING_FRAMES: usize = 2;
+/// Buffers for frames: one that is written while the next is filled.
+const BUFFERS: usize = 2;
 /// One thread packs frames for so many threads of the loop.
 const SHARE_OF_THREADS: usize = 4;
+/// Nodes that one thread copies at a time.
+const CHUNK: usize = 4096;
 
 /// Hands frames to the thread that writes them.
 #[derive(Debug)]
 pub struct FrameWriter {
     fields: Vec<Field>,
-    sender: Option<SyncSender<OwnedFrame>>,
+    sender: Option<Sender<Numbers>>,
+    returned: Receiver<Numbers>,
+    buffer_count: usize,
     thread: Option<JoinHandle<Result<usize, Failure>>>,
     last_step: Option<u64>,
 }
 
-/// What a frame needs beside what never changes.
-#[derive(Debug)]
-struct OwnedFrame {
+/// What a frame takes from the loop; a field that nobody asked for stays empty.
+#[derive(Debug, Default)]
+struct Numbers {
     time: f64,
-    points: Vec<[f64; 3]>,
-    node_fields: Vec<OwnedField>,
-    cell_fields: Vec<OwnedField>,
-}
-
-#[derive(Debug)]
-struct OwnedField {
-    name: &'static str,
-    components: usize,
-    data: Vec<f64>,
-}
-
-/// What is the same in every frame.
-#[derive(Debug)]
-struct Unchanging {
-    hexes: Vec<[u32; 8]>,
-    node_labels: Vec<i64>,
-    hex_labels: Vec<i64>,
-    parts: Vec<i32>,
+    displacement: Vec<[f64; 3]>,
+    velocity: Vec<[f64; 3]>,
+    cauchy_stress: Vec<[f64; 6]>,
+    equivalent_plastic_strain: Vec<f64>,
 }
 
 impl FrameWriter {
@@ -56,53 +52,73 @@ impl FrameWriter {
     /// # Errors
     /// The directory cannot be written to.
     pub fn start(directory: &Path, mesh: &Mesh, parts: &[Part], fields: &[Field]) -> Result<Self, Failure> {
-        let mut writer = ResultWriter::create(directory).map_err(|error| Failure::File(format!("error: {error}")))?;
+        let failure = |error: WriteError| Failure::File(format!("error: {error}"));
+        let mut writer = ResultWriter::create(directory).map_err(failure)?;
         let mut part_of_hex = vec![0; mesh.hex_count()];
         for (number, part) in parts.iter().enumerate() {
             for hex in &part.hexes {
                 part_of_hex[*hex as usize] = number as i32 + 1;
             }
         }
-        let unchanging = Arc::new(Unchanging {
-            hexes: mesh.hexes().to_vec(),
-            node_labels: mesh.node_labels().iter().map(|label| label.0 as i64).collect(),
-            hex_labels: mesh.hex_labels().iter().map(|label| label.0 as i64).collect(),
-            parts: part_of_hex,
-        });
         // packing a frame must not crowd out the loop
         let threads = rayon::current_num_threads().div_ceil(SHARE_OF_THREADS);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|error| Failure::File(format!("error: no threads for the frames: {error}")))?;
-        let (sender, receiver) = sync_channel::<OwnedFrame>(WAITING_FRAMES);
+        let (sender, frames) = channel::<Numbers>();
+        let (give_back, returned) = channel();
+        let (mesh, wanted) = (mesh.clone(), fields.to_vec());
         let write_all = move || {
+            let grid = pool.install(|| grid(&mesh, &part_of_hex)).map_err(failure)?;
+            drop(part_of_hex);
             let mut count = 0;
-            for frame in receiver {
-                let frame = frame.borrowed(&unchanging);
-                pool.install(|| writer.write_frame(&frame))
-                    .map_err(|error| Failure::File(format!("error: {error}")))?;
+            for numbers in frames {
+                pool.install(|| numbers.write(&mut writer, &grid, &mesh, &wanted)).map_err(failure)?;
                 count += 1;
+                // nobody wants it back after the last frame
+                let _ = give_back.send(numbers);
             }
             Ok(count)
         };
         let thread = std::thread::Builder::new().name("frames".to_owned()).spawn(write_all);
         let thread = thread.map_err(|error| Failure::File(format!("error: no thread for the frames: {error}")))?;
-        Ok(Self { fields: fields.to_vec(), sender: Some(sender), thread: Some(thread), last_step: None })
+        Ok(Self {
+            fields: fields.to_vec(),
+            sender: Some(sender),
+            returned,
+            buffer_count: 0,
+            thread: Some(thread),
+            last_step: None,
+        })
     }
 
     /// Hands over the frame of the present step, unless it was the last one handed over.
     ///
     /// # Errors
     /// An earlier frame could not be written.
-    pub fn write(&mut self, snapshot: &Snapshot<'_>) -> Result<(), Failure> {
-        let step = snapshot.simulation.step();
-        if self.last_step == Some(step) {
+    pub fn write(&mut self, simulation: &Simulation) -> Result<(), Failure> {
+        if self.last_step == Some(simulation.step()) {
             return Ok(());
         }
-        self.last_step = Some(step);
-        let frame = OwnedFrame::of(snapshot, &self.fields);
-        match self.sender.as_ref().map(|sender| sender.send(frame)) {
-            Some(Ok(())) => Ok(()),
-            _ => self.finish().map(|_| ()),
+        self.last_step = Some(simulation.step());
+        let sent = self.free_buffer().and_then(|mut numbers| {
+            numbers.take(simulation, &self.fields);
+            self.sender.as_ref()?.send(numbers).ok()
+        });
+        match sent {
+            Some(()) => Ok(()),
+            None => self.finish().map(|_| ()),
+        }
+    }
+
+    /// A buffer that is not under way, which may take waiting for; none when the writer has given up.
+    fn free_buffer(&mut self) -> Option<Numbers> {
+        match self.returned.try_recv() {
+            Ok(buffer) => Some(buffer),
+            Err(_) if self.buffer_count < BUFFERS => {
+                self.buffer_count += 1;
+                Some(Numbers::default())
+            }
+            Err(_) => self.returned.recv().ok(),
         }
     }
 
@@ -120,46 +136,66 @@ impl FrameWriter {
     }
 }
 
-impl OwnedFrame {
-    fn of(snapshot: &Snapshot<'_>, fields: &[Field]) -> Self {
-        let simulation = snapshot.simulation;
-        let (mut node_fields, mut cell_fields) = (Vec::new(), Vec::new());
-        let vector = |name, data: &[[f64; 3]]| OwnedField { name, components: 3, data: data.as_flattened().to_vec() };
-        let scalar = |name, data: &[f64]| OwnedField { name, components: 1, data: data.to_vec() };
-        for field in fields {
-            match field {
-                Field::Displacement => node_fields.push(vector("displacement", simulation.displacement())),
-                Field::Velocity => node_fields.push(vector("velocity", snapshot.velocity())),
-                Field::CauchyStress => cell_fields.push(OwnedField {
-                    name: "cauchy_stress",
-                    components: 6,
-                    data: snapshot.hex_fields().cauchy_stress.as_flattened().to_vec(),
-                }),
-                Field::EquivalentPlasticStrain => cell_fields
-                    .push(scalar("equivalent_plastic_strain", &snapshot.hex_fields().equivalent_plastic_strain)),
-                Field::VonMisesStress => {
-                    cell_fields.push(scalar("von_mises_stress", &snapshot.hex_fields().von_mises_stress));
-                }
-                Field::Pressure => cell_fields.push(scalar("pressure", &snapshot.hex_fields().pressure)),
-                Field::VolumeRatio => cell_fields.push(scalar("volume_ratio", &snapshot.hex_fields().volume_ratio)),
-            }
+/// What is the same in every frame.
+fn grid(mesh: &Mesh, part_of_hex: &[i32]) -> Result<Grid, WriteError> {
+    let node_labels: Vec<i64> = mesh.node_labels().iter().map(|label| label.0 as i64).collect();
+    let hex_labels: Vec<i64> = mesh.hex_labels().iter().map(|label| label.0 as i64).collect();
+    let label = |name, data| estar_io::Field { name, components: 1, data };
+    let of_nodes = [label("node_id", FieldData::I64(&node_labels))];
+    let of_hexes = [label("element_id", FieldData::I64(&hex_labels)), label("part", FieldData::I32(part_of_hex))];
+    Grid::new(mesh.node_count(), mesh.hexes(), &of_nodes, &of_hexes)
+}
+
+impl Numbers {
+    /// Copies what the fields need of the present state, with all threads of the pool.
+    fn take(&mut self, simulation: &Simulation, fields: &[Field]) {
+        let (node_count, hex_count) = (simulation.displacement().len(), simulation.hex_count());
+        let is_wanted = |those: &[Field]| fields.iter().any(|field| those.contains(field));
+        self.time = simulation.time();
+        self.displacement.resize(node_count, [0.0; 3]);
+        let copies = self.displacement.par_chunks_mut(CHUNK).zip(simulation.displacement().par_chunks(CHUNK));
+        copies.for_each(|(copy, displacement)| copy.copy_from_slice(displacement));
+        if is_wanted(&[Field::Velocity]) {
+            self.velocity.resize(node_count, [0.0; 3]);
+            simulation.write_velocity(&mut self.velocity);
         }
-        let points = (0..snapshot.mesh.node_count() as u32).map(|node| snapshot.position(node)).collect();
-        Self { time: simulation.time(), points, node_fields, cell_fields }
+        if is_wanted(&[Field::CauchyStress, Field::VonMisesStress, Field::Pressure]) {
+            self.cauchy_stress.resize(hex_count, [0.0; 6]);
+            simulation.write_cauchy_stress(&mut self.cauchy_stress);
+        }
+        if is_wanted(&[Field::EquivalentPlasticStrain]) {
+            self.equivalent_plastic_strain.resize(hex_count, 0.0);
+            simulation.write_equivalent_plastic_strain(&mut self.equivalent_plastic_strain);
+        }
     }
 
-    fn borrowed<'a>(&'a self, unchanging: &'a Unchanging) -> Frame<'a> {
-        let field = |field: &'a OwnedField| estar_io::Field {
-            name: field.name,
-            components: field.components,
-            data: FieldData::F64(&field.data),
-        };
-        let label = |name, data| estar_io::Field { name, components: 1, data };
-        let mut node_fields: Vec<_> = self.node_fields.iter().map(field).collect();
-        node_fields.push(label("node_id", FieldData::I64(&unchanging.node_labels)));
-        let mut cell_fields: Vec<_> = self.cell_fields.iter().map(field).collect();
-        cell_fields.push(label("element_id", FieldData::I64(&unchanging.hex_labels)));
-        cell_fields.push(label("part", FieldData::I32(&unchanging.parts)));
-        Frame { time: self.time, points: &self.points, hexes: &unchanging.hexes, node_fields, cell_fields }
+    fn write(&self, writer: &mut ResultWriter, grid: &Grid, mesh: &Mesh, fields: &[Field]) -> Result<(), WriteError> {
+        let (reference, displacement, stress) = (mesh.coordinates(), &self.displacement, &self.cauchy_stress);
+        let place = |k: usize| reference[k / 3][k % 3] + displacement[k / 3][k % 3];
+        let von_mises_stress = |hex: usize| von_mises_stress(&stress[hex]);
+        let pressure = |hex: usize| pressure(&stress[hex]);
+        let volume_ratio = |hex: usize| volume_ratio(&mesh.hexes()[hex], reference, displacement);
+        let computed = |number| FieldData::Computed { count: mesh.hex_count(), number };
+
+        let (mut node_fields, mut cell_fields) = (Vec::new(), Vec::new());
+        for field in fields {
+            let (all, name, components, data) = match field {
+                Field::Displacement => {
+                    (&mut node_fields, "displacement", 3, FieldData::F64(displacement.as_flattened()))
+                }
+                Field::Velocity => (&mut node_fields, "velocity", 3, FieldData::F64(self.velocity.as_flattened())),
+                Field::CauchyStress => (&mut cell_fields, "cauchy_stress", 6, FieldData::F64(stress.as_flattened())),
+                Field::EquivalentPlasticStrain => {
+                    let strain = FieldData::F64(&self.equivalent_plastic_strain);
+                    (&mut cell_fields, "equivalent_plastic_strain", 1, strain)
+                }
+                Field::VonMisesStress => (&mut cell_fields, "von_mises_stress", 1, computed(&von_mises_stress)),
+                Field::Pressure => (&mut cell_fields, "pressure", 1, computed(&pressure)),
+                Field::VolumeRatio => (&mut cell_fields, "volume_ratio", 1, computed(&volume_ratio)),
+            };
+            all.push(estar_io::Field { name, components, data });
+        }
+        let points = FieldData::Computed { count: 3 * mesh.node_count(), number: &place };
+        writer.write_frame(&Frame { time: self.time, grid, points, node_fields, cell_fields }).map(|_| ())
     }
 }

@@ -8,7 +8,7 @@ use crate::diagnostics::{Diagnostic, Diagnostics, Span, listed};
 use crate::fields::{Component, ProbeField};
 use crate::history;
 use crate::snapshot::Snapshot;
-use estar_mesh::quality::HexQuality;
+use estar_mesh::quality::volume;
 use estar_mesh::{Group, GroupKind, Mesh};
 use estar_solver::model::Direction;
 
@@ -134,7 +134,7 @@ impl Resolver<'_> {
                 let members = self.members(&group.name, field)?;
                 let weight = |index: &u32| match field.value.is_nodal() {
                     true => 1.0,
-                    false => HexQuality::new(&self.mesh.corners(*index as usize)).volume,
+                    false => volume(&self.mesh.corners(*index as usize)),
                 };
                 let weights = members.iter().map(|index| (*index, weight(index))).collect();
                 Some(What::Mean { field: field.value, component, weights })

@@ -50,10 +50,13 @@ enum Ending {
 /// # Errors
 /// See [`Failure`].
 pub fn run(options: &RunOptions) -> Result<(), Failure> {
-    let problem = setup::load(&options.deck, &options.overrides).map_err(|error| error.into_failure(is_coloured()))?;
-    tell(&problem.findings.render(is_coloured()));
     let (pool, lanes) = machine(options.threads, options.lanes)?;
-    pool.install(|| run_problem(problem, options, lanes))
+    pool.install(|| {
+        let problem = setup::load(&options.deck, &options.overrides);
+        let problem = problem.map_err(|error| error.into_failure(is_coloured()))?;
+        tell(&problem.findings.render(is_coloured()));
+        run_problem(problem, options, lanes)
+    })
 }
 
 /// The threads and vector instructions to run on.
@@ -194,7 +197,7 @@ impl<'a> Run<'a> {
             }
         }
         if frame {
-            self.frames.write(&snapshot)?;
+            self.frames.write(&self.simulation)?;
         }
         Ok(())
     }

@@ -12,12 +12,13 @@ use crate::probes::{self, Probe};
 use crate::summary::hex;
 use crate::trouble;
 use estar_io::MeshFile;
-use estar_mesh::quality::{QualityReport, QualitySummary};
+use estar_mesh::quality::{QualityReport, QualitySummary, volume};
 use estar_mesh::{Group, Mesh, locality_order};
 use estar_solver::model::{
     BulkViscosity, Fix, InitialVelocity, Load, LoadKind, Model, Part, Prescribed, RigidWall, Spin, TimeSettings,
 };
 use estar_solver::{LaneLevel, Simulation};
+use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -402,7 +403,7 @@ fn walls(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<RigidWa
 fn describe_parts(deck: &Deck, mesh: &Mesh) -> Vec<PartDescription> {
     let describe = |part: &deck::model::PartTable| {
         let hexes = mesh.group(&part.group.name.value).map_or(&[][..], |group| &group.hexes);
-        let volume = |hex: &u32| estar_mesh::quality::HexQuality::new(&mesh.corners(*hex as usize)).volume;
+        let volumes: Vec<f64> = hexes.par_iter().map(|&hex| volume(&mesh.corners(hex as usize))).collect();
         let material = &part.material.0.value;
         let density = deck
             .material
@@ -414,7 +415,7 @@ fn describe_parts(deck: &Deck, mesh: &Mesh) -> Vec<PartDescription> {
             group: part.group.name.value.clone(),
             material: material.clone(),
             hex_count: hexes.len(),
-            mass: density * hexes.iter().map(volume).sum::<f64>(),
+            mass: density * volumes.iter().sum::<f64>(),
         }
     };
     deck.part.iter().map(describe).collect()

@@ -2,8 +2,9 @@
 
 use crate::fields::{Component, ProbeField};
 use estar_mesh::Mesh;
+use estar_solver::Simulation;
+use estar_solver::fields::{pressure, volume_ratio, von_mises_stress};
 use estar_solver::model::Direction;
-use estar_solver::{HexFields, Simulation};
 use std::cell::OnceCell;
 
 /// A look at a simulation; what costs a sweep over the mesh is computed when first asked for.
@@ -12,24 +13,32 @@ pub struct Snapshot<'a> {
     pub mesh: &'a Mesh,
     /// The simulation.
     pub simulation: &'a Simulation,
-    hex_fields: OnceCell<HexFields>,
-    velocity: OnceCell<Vec<[f64; 3]>>,
+    cauchy_stress: OnceCell<Vec<[f64; 6]>>,
+    equivalent_plastic_strain: OnceCell<Vec<f64>>,
 }
 
 impl<'a> Snapshot<'a> {
     /// The present state.
     pub fn new(mesh: &'a Mesh, simulation: &'a Simulation) -> Self {
-        Self { mesh, simulation, hex_fields: OnceCell::new(), velocity: OnceCell::new() }
+        Self { mesh, simulation, cauchy_stress: OnceCell::new(), equivalent_plastic_strain: OnceCell::new() }
     }
 
-    /// Fields of hexes.
-    pub fn hex_fields(&self) -> &HexFields {
-        self.hex_fields.get_or_init(|| self.simulation.hex_fields())
+    /// Cauchy stress of every hex, Pa.
+    fn cauchy_stress(&self) -> &[[f64; 6]] {
+        self.cauchy_stress.get_or_init(|| {
+            let mut field = vec![[0.0; 6]; self.mesh.hex_count()];
+            self.simulation.write_cauchy_stress(&mut field);
+            field
+        })
     }
 
-    /// Velocity of every node, m/s.
-    pub fn velocity(&self) -> &[[f64; 3]] {
-        self.velocity.get_or_init(|| self.simulation.velocity())
+    /// Equivalent plastic strain of every hex.
+    fn equivalent_plastic_strain(&self) -> &[f64] {
+        self.equivalent_plastic_strain.get_or_init(|| {
+            let mut field = vec![0.0; self.mesh.hex_count()];
+            self.simulation.write_equivalent_plastic_strain(&mut field);
+            field
+        })
     }
 
     /// Current position of a node.
@@ -45,12 +54,14 @@ impl<'a> Snapshot<'a> {
         match field {
             ProbeField::Position => component.of_vector(&self.position(index)),
             ProbeField::Displacement => component.of_vector(&self.simulation.displacement()[at]),
-            ProbeField::Velocity => component.of_vector(&self.velocity()[at]),
-            ProbeField::CauchyStress => component.of_tensor(&self.hex_fields().cauchy_stress[at]),
-            ProbeField::EquivalentPlasticStrain => self.hex_fields().equivalent_plastic_strain[at],
-            ProbeField::VonMisesStress => self.hex_fields().von_mises_stress[at],
-            ProbeField::Pressure => self.hex_fields().pressure[at],
-            ProbeField::VolumeRatio => self.hex_fields().volume_ratio[at],
+            ProbeField::Velocity => component.of_vector(&self.simulation.velocity(at)),
+            ProbeField::CauchyStress => component.of_tensor(&self.cauchy_stress()[at]),
+            ProbeField::EquivalentPlasticStrain => self.equivalent_plastic_strain()[at],
+            ProbeField::VonMisesStress => von_mises_stress(&self.cauchy_stress()[at]),
+            ProbeField::Pressure => pressure(&self.cauchy_stress()[at]),
+            ProbeField::VolumeRatio => {
+                volume_ratio(&self.mesh.hexes()[at], self.mesh.coordinates(), self.simulation.displacement())
+            }
         }
     }
 

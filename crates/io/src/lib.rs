@@ -26,4 +26,4 @@ pub use gmsh::{write_gmsh, write_gmsh_file};
 pub use history::{HistoryWriter, Value};
 pub use mesh_file::{MeshFile, read_mesh, read_mesh_bytes};
 pub use results::{ResultWriter, WriteError};
-pub use vtu::{Field, FieldData, Frame, FrameError};
+pub use vtu::{Field, FieldData, Frame, FrameError, Grid};

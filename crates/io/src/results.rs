@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::atomic::AtomicFile;
-use crate::vtu::{Frame, FrameError, Topology, write_vtu};
+use crate::vtu::{Frame, FrameError, write_vtu};
 
 /// Why a frame was not written.
 #[derive(Debug, Error)]
@@ -44,7 +44,6 @@ impl WriteError {
 pub struct ResultWriter {
     folder: PathBuf,
     times: Vec<f64>,
-    topology: Option<Topology>,
 }
 
 impl ResultWriter {
@@ -63,7 +62,7 @@ impl ResultWriter {
     pub fn resume(folder: &Path, times: Vec<f64>) -> Result<Self, WriteError> {
         let fields = folder.join(FIELDS);
         fs::create_dir_all(&fields).map_err(|source| WriteError::Unwritable { path: fields, source })?;
-        Ok(Self { folder: folder.to_owned(), times, topology: None })
+        Ok(Self { folder: folder.to_owned(), times })
     }
 
     /// The times of the frames so far.
@@ -77,10 +76,9 @@ impl ResultWriter {
     /// [`WriteError::Frame`] if a field does not fit; [`WriteError::Unwritable`].
     pub fn write_frame(&mut self, frame: &Frame) -> Result<PathBuf, WriteError> {
         let path = self.folder.join(frame_name(self.times.len()));
-        let topology = &mut self.topology;
-        let mut write = || {
+        let write = || {
             let mut file = AtomicFile::create(&path)?;
-            write_vtu(&mut file, frame, topology)?;
+            write_vtu(&mut file, frame)?;
             Ok(file.commit()?)
         };
         write().map_err(WriteError::of(&path))?;

@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use estar_io::{Field, FieldData, Frame, FrameError, ResultWriter, WriteError};
+use estar_io::{Field, FieldData, Frame, FrameError, Grid, ResultWriter, WriteError};
 use estar_mesh::Mesh;
 use estar_mesh::generate::{BoxSpec, box_mesh};
 
@@ -30,8 +30,17 @@ fn mesh() -> Mesh {
     box_mesh(&BoxSpec::new([1.0, 2.0, 3.0], [16; 3]).unwrap())
 }
 
-fn frame<'a>(mesh: &'a Mesh, time: f64, node_fields: Vec<Field<'a>>, cell_fields: Vec<Field<'a>>) -> Frame<'a> {
-    Frame { time, points: mesh.coordinates(), hexes: mesh.hexes(), node_fields, cell_fields }
+fn grid(mesh: &Mesh, cell_fields: &[Field]) -> Grid {
+    Grid::new(mesh.node_count(), mesh.hexes(), &[], cell_fields).unwrap()
+}
+
+fn frame<'a>(
+    (mesh, grid): (&'a Mesh, &'a Grid),
+    time: f64,
+    node_fields: Vec<Field<'a>>,
+    cell_fields: Vec<Field<'a>>,
+) -> Frame<'a> {
+    Frame { time, grid, points: FieldData::F64(mesh.coordinates().as_flattened()), node_fields, cell_fields }
 }
 
 /// The arrays of a file by section and name, as VTK's format says to read them: type and bytes.
@@ -77,15 +86,21 @@ fn fields_come_back_bit_for_bit() {
     let part: Vec<i32> = (0..mesh.hex_count() as i32).map(|k| -k).collect();
     let label: Vec<i64> = (0..mesh.hex_count() as i64).collect();
     let small: Vec<f32> = (0..mesh.hex_count()).map(|k| k as f32 / 3.0).collect();
+    let first_component = |hex: usize| stress[6 * hex];
+    let computed = FieldData::Computed { count: mesh.hex_count(), number: &first_component };
     let node_fields = vec![Field { name: "velocity", components: 3, data: FieldData::F64(&velocity) }];
     let cell_fields = vec![
         Field { name: "cauchy_stress", components: 6, data: FieldData::F64(&stress) },
-        Field { name: "part", components: 1, data: FieldData::I32(&part) },
-        Field { name: "label", components: 1, data: FieldData::I64(&label) },
+        Field { name: "first_component", components: 1, data: computed },
         Field { name: "J < 1 & more", components: 1, data: FieldData::F32(&small) },
     ];
+    let unchanging = [
+        Field { name: "part", components: 1, data: FieldData::I32(&part) },
+        Field { name: "label", components: 1, data: FieldData::I64(&label) },
+    ];
+    let grid = grid(&mesh, &unchanging);
     let mut writer = ResultWriter::create(&folder.0).unwrap();
-    let path = writer.write_frame(&frame(&mesh, 1.25e-6, node_fields, cell_fields)).unwrap();
+    let path = writer.write_frame(&frame((&mesh, &grid), 1.25e-6, node_fields, cell_fields)).unwrap();
     assert!(path.ends_with("fields/frame_00000.vtu"));
 
     let arrays = arrays(&path);
@@ -100,6 +115,7 @@ fn fields_come_back_bit_for_bit() {
     expect("Points/Points", "Float64", doubles(&mesh.coordinates().concat()));
     expect("PointData/velocity", "Float64", doubles(&velocity));
     expect("CellData/cauchy_stress", "Float64", doubles(&stress));
+    expect("CellData/first_component", "Float64", doubles(&stress.iter().step_by(6).copied().collect::<Vec<_>>()));
     expect("CellData/part", "Int32", ints(&part));
     expect("CellData/label", "Int64", label.iter().flat_map(|value| value.to_le_bytes()).collect());
     expect("CellData/J &lt; 1 &amp; more", "Float32", small.iter().flat_map(|value| value.to_le_bytes()).collect());
@@ -111,13 +127,14 @@ fn fields_come_back_bit_for_bit() {
 #[test]
 fn the_series_names_every_frame_with_its_time() {
     let mesh = mesh();
+    let grid = grid(&mesh, &[]);
     let folder = Folder::new("series");
     let mut writer = ResultWriter::create(&folder.0).unwrap();
     for time in [0.0, 0.1 + 0.2] {
-        writer.write_frame(&frame(&mesh, time, vec![], vec![])).unwrap();
+        writer.write_frame(&frame((&mesh, &grid), time, vec![], vec![])).unwrap();
     }
     let mut writer = ResultWriter::resume(&folder.0, vec![0.0]).unwrap();
-    writer.write_frame(&frame(&mesh, 0.5, vec![], vec![])).unwrap();
+    writer.write_frame(&frame((&mesh, &grid), 0.5, vec![], vec![])).unwrap();
     assert_eq!(writer.times(), [0.0, 0.5]);
     let series = fs::read_to_string(folder.0.join("results.pvd")).unwrap();
     assert!(series.contains("<DataSet timestep=\"0.0\" part=\"0\" file=\"fields/frame_00000.vtu\"/>"));
@@ -128,25 +145,34 @@ fn the_series_names_every_frame_with_its_time() {
 #[test]
 fn the_same_frame_gives_the_same_bytes() {
     let mesh = mesh();
+    let grid = grid(&mesh, &[]);
     let folder = Folder::new("bytes");
     let mut writer = ResultWriter::create(&folder.0).unwrap();
-    let first = writer.write_frame(&frame(&mesh, 1.0, vec![], vec![])).unwrap();
-    let second = writer.write_frame(&frame(&mesh, 1.0, vec![], vec![])).unwrap();
+    let first = writer.write_frame(&frame((&mesh, &grid), 1.0, vec![], vec![])).unwrap();
+    let second = writer.write_frame(&frame((&mesh, &grid), 1.0, vec![], vec![])).unwrap();
     assert_eq!(fs::read(first).unwrap(), fs::read(second).unwrap());
 }
 
 #[test]
 fn a_field_of_the_wrong_length_or_name_is_refused_and_writes_nothing() {
     let mesh = mesh();
+    let parts = vec![1; mesh.hex_count()];
+    let grid = grid(&mesh, &[Field { name: "part", components: 1, data: FieldData::I32(&parts) }]);
     let folder = Folder::new("refused");
     let mut writer = ResultWriter::create(&folder.0).unwrap();
     let one = |name| Field { name, components: 1, data: FieldData::F64(&[1.0]) };
-    let error = writer.write_frame(&frame(&mesh, 0.0, vec![], vec![one("p")])).unwrap_err();
+    let error = writer.write_frame(&frame((&mesh, &grid), 0.0, vec![], vec![one("p")])).unwrap_err();
     assert_eq!(error.to_string(), "field \"p\": 1 numbers, but 4096 expected (1 for each of 4096)");
     let pressure = vec![0.0; mesh.hex_count()];
     let field = Field { name: "p", components: 1, data: FieldData::F64(&pressure) };
-    let error = writer.write_frame(&frame(&mesh, 0.0, vec![], vec![field, field])).unwrap_err();
+    let error = writer.write_frame(&frame((&mesh, &grid), 0.0, vec![], vec![field, field])).unwrap_err();
     assert!(matches!(error, WriteError::Frame(FrameError::DuplicateField { .. })));
+    let field = Field { name: "part", ..field };
+    let error = writer.write_frame(&frame((&mesh, &grid), 0.0, vec![], vec![field])).unwrap_err();
+    assert!(matches!(error, WriteError::Frame(FrameError::DuplicateField { .. })));
+    let short = Frame { points: FieldData::F64(&[0.0; 3]), ..frame((&mesh, &grid), 0.0, vec![], vec![]) };
+    let error = writer.write_frame(&short).unwrap_err();
+    assert!(matches!(error, WriteError::Frame(FrameError::Length { .. })));
     assert_eq!(fs::read_dir(folder.0.join("fields")).unwrap().count(), 0);
 }
 

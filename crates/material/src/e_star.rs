@@ -184,11 +184,13 @@ impl<K: KinematicRule> Material for EStar<K> {
         }
     }
 
+    #[inline(always)]
     fn equivalent_plastic_strain<R: Real>(&self, state: &K::State<R>) -> R {
         K::parts(state).1
     }
 
-    fn output(&self, state: &K::State<f64>, rotation: &Tensor<f64>) -> PointOutput {
+    #[inline(always)]
+    fn output<R: Real>(&self, state: &K::State<R>, rotation: &Tensor<R>) -> PointOutput<R> {
         let (stress, strain, _) = K::parts(state);
         PointOutput { cauchy_stress: stress.pushed_by(rotation), equivalent_plastic_strain: strain }
     }

@@ -209,11 +209,13 @@ impl Material for EStarTotal {
         }
     }
 
+    #[inline(always)]
     fn equivalent_plastic_strain<R: Real>(&self, state: &EStarTotalState<R>) -> R {
         state.equivalent_plastic_strain
     }
 
-    fn output(&self, state: &EStarTotalState<f64>, _rotation: &Tensor<f64>) -> PointOutput {
+    #[inline(always)]
+    fn output<R: Real>(&self, state: &EStarTotalState<R>, _rotation: &Tensor<R>) -> PointOutput<R> {
         PointOutput { cauchy_stress: state.stress, equivalent_plastic_strain: state.equivalent_plastic_strain }
     }
 }

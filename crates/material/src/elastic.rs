@@ -62,12 +62,17 @@ impl Material for Elastic {
         }
     }
 
+    #[inline(always)]
     fn equivalent_plastic_strain<R: Real>(&self, _state: &ElasticState<R>) -> R {
         R::splat(0.0)
     }
 
-    fn output(&self, state: &ElasticState<f64>, rotation: &Tensor<f64>) -> PointOutput {
-        PointOutput { cauchy_stress: state.rotated_stress.pushed_by(rotation), equivalent_plastic_strain: 0.0 }
+    #[inline(always)]
+    fn output<R: Real>(&self, state: &ElasticState<R>, rotation: &Tensor<R>) -> PointOutput<R> {
+        PointOutput {
+            cauchy_stress: state.rotated_stress.pushed_by(rotation),
+            equivalent_plastic_strain: R::splat(0.0),
+        }
     }
 }
 

@@ -27,26 +27,11 @@ pub trait Material: Clone + Send + Sync + 'static {
         time_step: f64,
     ) -> MaterialUpdate<R, Self::State<R>>;
 
-    /// ε̄ᵖ of a history.
+    /// ε̄ᵖ of a history. Implementations are `#[inline(always)]`.
     fn equivalent_plastic_strain<R: Real>(&self, state: &Self::State<R>) -> R;
 
-    /// What a user sees of a history whose rotation is `rotation`.
-    fn output(&self, state: &Self::State<f64>, rotation: &Tensor<f64>) -> PointOutput;
-
-    /// The history of one lane.
-    fn lane<R: Real>(state: &Self::State<R>, lane: usize) -> Self::State<f64> {
-        let mut numbers = [0.0; MOST_NUMBERS];
-        let mut count = 0;
-        state.for_each(|number| {
-            numbers[count] = number.lane(lane);
-            count += 1;
-        });
-        let mut next = 0;
-        PointState::from_numbers(|| {
-            next += 1;
-            numbers[next - 1]
-        })
-    }
+    /// What a user sees of a history whose rotation is `rotation`. Implementations are `#[inline(always)]`.
+    fn output<R: Real>(&self, state: &Self::State<R>, rotation: &Tensor<R>) -> PointOutput<R>;
 }
 
 /// The numbers of a history, in one fixed order: for hashes, for files, for copies from lane to lane.
@@ -57,9 +42,6 @@ pub trait PointState<R: Real>: Copy + Send + Sync + 'static {
     /// The history whose numbers `next` gives in the order of [`PointState::for_each`].
     fn from_numbers(next: impl FnMut() -> R) -> Self;
 }
-
-/// No history has more numbers than this.
-const MOST_NUMBERS: usize = 32;
 
 /// Implements [`PointState`] for a history from the order of its fields, each a number or a symmetric tensor.
 macro_rules! point_state {
@@ -99,11 +81,11 @@ pub struct MaterialUpdate<R, State> {
 
 /// What a user sees of a quadrature point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointOutput {
+pub struct PointOutput<R> {
     /// Cauchy stress T, Pa.
-    pub cauchy_stress: SymmetricTensor<f64>,
+    pub cauchy_stress: SymmetricTensor<R>,
     /// Equivalent plastic strain ε̄ᵖ.
-    pub equivalent_plastic_strain: f64,
+    pub equivalent_plastic_strain: R,
 }
 
 /// Every material that a deck can name: one variant a theory.

@@ -78,7 +78,7 @@ impl<'a, M: Material, R: Real> MaterialPoint<'a, M, R> {
 
 impl<M: Material> MaterialPoint<'_, M> {
     /// What a user sees of the point.
-    pub fn output(&self) -> PointOutput {
+    pub fn output(&self) -> PointOutput<f64> {
         self.material.output(&self.state, &self.rotation.to_tensor())
     }
 }

@@ -13,17 +13,17 @@ pub(crate) struct CornerLists {
 
 impl CornerLists {
     /// The lists of `node_count` nodes from `(node, slot)` of every corner, in the order of summation.
-    pub fn new(node_count: usize, corners: &[(u32, u32)], stride: usize) -> Self {
+    pub fn new(node_count: usize, corners: impl Iterator<Item = (u32, u32)> + Clone, stride: usize) -> Self {
         let mut starts = vec![0; node_count + 1];
-        for &(node, _) in corners {
+        for (node, _) in corners.clone() {
             starts[node as usize + 1] += 1;
         }
         for node in 0..node_count {
             starts[node + 1] += starts[node];
         }
         let mut next = starts.clone();
-        let mut slots = vec![0; corners.len()];
-        for &(node, slot) in corners {
+        let mut slots = vec![0; starts[node_count] as usize];
+        for (node, slot) in corners {
             slots[next[node as usize] as usize] = slot;
             next[node as usize] += 1;
         }

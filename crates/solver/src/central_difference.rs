@@ -53,8 +53,11 @@ impl Simulation {
     /// Corner forces, energies of the step, smallest Jacobian and stable time step on the current displacement.
     pub(crate) fn update_elements(&mut self, time_step: f64) {
         let nodes = &self.nodes;
-        let motion =
-            NodalMotion { reference: &nodes.reference, displacement: &nodes.displacement, velocity: &nodes.velocity };
+        let motion = NodalMotion {
+            reference: self.mesh.coordinates(),
+            displacement: &nodes.displacement,
+            velocity: &nodes.velocity,
+        };
         self.elements = BlockReport::EMPTY;
         let mut corner_forces = self.corner_forces.as_mut_slice();
         for block in &mut self.blocks {
@@ -92,7 +95,7 @@ impl Simulation {
         }
         self.external_force.fill([0.0; 3]);
         for load in &mut self.loads {
-            load.apply(self.time, &self.nodes.reference, &self.nodes.displacement, &mut self.external_force);
+            load.apply(self.time, self.mesh.coordinates(), &self.nodes.displacement, &mut self.external_force);
         }
     }
 
@@ -111,7 +114,7 @@ impl Simulation {
         let share_old = 0.5 * step_old / mean_step;
         let kick = Kick { mean_step, step_new, constraints: &self.constraints, walls: &self.walls };
         let (corner_lists, corner_forces) = (&self.corner_lists, &self.corner_forces);
-        let (reference, displacement, mass) = (&nodes.reference, &nodes.displacement, &nodes.mass);
+        let (reference, displacement, mass) = (self.mesh.coordinates(), &nodes.displacement, &nodes.mass);
         let external_force = &self.external_force;
         let chunks = nodes
             .velocity

@@ -27,7 +27,7 @@ pub struct Model {
 /// Elements of one material and one formulation.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// Hexes of the part.
+    /// Hexes of the part, in any order.
     pub hexes: Vec<u32>,
     /// Their material.
     pub material: MaterialModel,

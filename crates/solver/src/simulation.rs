@@ -8,9 +8,13 @@ use crate::error::ModelError;
 use crate::loads::NodalLoad;
 use crate::model::{Direction, Formulation, LoadKind, Model, Part, RigidWall, TimeSettings};
 use crate::solid_block::{BlockReport, ElementBlock, block};
-use estar_element::hex8::{self, CornerVectors};
+use estar_element::hex8::{self, CORNERS};
 use estar_mesh::Mesh;
 use estar_tensor::{LaneLevel, Vector3};
+use rayon::prelude::*;
+
+/// Hexes whose masses are held at a time.
+const MASS_CHUNK: usize = 1 << 16;
 
 /// The state of a body at a time t_n, with the velocities of the half step that comes next.
 ///
@@ -43,15 +47,11 @@ pub struct Simulation {
     pub(crate) contact_work: CentredWork,
     pub(crate) step_change: CentredWork,
     pub(crate) momentum: [f64; 3],
-    hexes: Vec<[u32; 8]>,
-    /// Block and place in it of each hex.
-    place_of_hex: Vec<(u32, u32)>,
+    pub(crate) mesh: Mesh,
 }
 
 /// Fields over the nodes.
 pub(crate) struct Nodes {
-    /// X, m.
-    pub reference: Vec<[f64; 3]>,
     /// u_n, m.
     pub displacement: Vec<[f64; 3]>,
     /// v_{n+½}, m/s.
@@ -83,66 +83,56 @@ pub struct Extremes {
     pub controlling_hex: u32,
 }
 
-/// Fields over the hexes: means over the quadrature points of each.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct HexFields {
-    /// Cauchy stress T, components xx, yy, zz, xy, yz, xz, Pa.
-    pub cauchy_stress: Vec<[f64; 6]>,
-    /// Von Mises stress of the mean stress, Pa.
-    pub von_mises_stress: Vec<f64>,
-    /// Pressure −⅓ tr T, Pa.
-    pub pressure: Vec<f64>,
-    /// Equivalent plastic strain ε̄ᵖ.
-    pub equivalent_plastic_strain: Vec<f64>,
-    /// det F at the centre, the volume ratio that F-bar gives every point.
-    pub volume_ratio: Vec<f64>,
-}
-
 impl Simulation {
     /// The simulation of `model` on `mesh` at time 0.
     ///
     /// # Errors
     /// Everything that [`ModelError`] lists.
-    pub fn new(mesh: &Mesh, model: Model, level: LaneLevel) -> Result<Self, ModelError> {
+    pub fn new(mesh: &Mesh, mut model: Model, level: LaneLevel) -> Result<Self, ModelError> {
         check_settings(&model.settings)?;
         check_indices(mesh, &model)?;
-        let reference = mesh.coordinates().to_vec();
+        let reference = mesh.coordinates();
         let node_count = reference.len();
-        let place_of_hex = places(mesh.hex_count(), &model.parts)?;
+        check_owners(mesh.hex_count(), &model.parts)?;
         check_directions(&model)?;
-        check_walls(&model.walls, &reference)?;
+        check_walls(&model.walls, reference)?;
 
         let mut mass = vec![0.0; node_count];
         let mut blocks = Vec::new();
         let mut elastic_scale = 0.0;
-        for part in &model.parts {
-            let part_mass = add_mass(part, mesh, &mut mass)?;
+        for mut part in std::mem::take(&mut model.parts) {
+            // in the order of the mesh neighbours meet in the cache, and a chunk owns a piece of every field
+            part.hexes.sort_unstable();
+            let part_mass = add_mass(&part, mesh, &mut mass)?;
             let elasticity = part.material.elasticity();
             elastic_scale += part_mass.total / elasticity.density() * elasticity.p_wave_modulus();
+            let formulation = part.element;
             let elements = block(part, mesh.hexes(), part_mass.smallest_corners, level);
-            blocks.push(Block { formulation: part.element, elements });
+            blocks.push(Block { formulation, elements });
         }
         let massless: Vec<usize> = (0..node_count).filter(|&node| mass[node] <= 0.0).collect();
         if let Some(&first) = massless.first() {
             return Err(ModelError::NodeWithoutMass { count: massless.len(), first: first as u32 });
         }
 
-        let mut corners = Vec::with_capacity(8 * mesh.hex_count());
-        let mut force_count = 0;
-        for block in &blocks {
-            for (element, &hex) in block.elements.hexes().iter().enumerate() {
-                for (corner, &node) in mesh.hexes()[hex as usize].iter().enumerate() {
-                    corners.push((node, (force_count + block.elements.force_slot(element, corner)) as u32));
-                }
-            }
-            force_count += block.elements.force_count();
-        }
         // the level that `dispatch` falls back to decides how far the components of a force lie apart
         let stride = blocks.first().map_or(1, |block| block.elements.component_stride());
-
+        let mut force_count = 0;
+        let mut starts = Vec::with_capacity(blocks.len());
+        for block in &blocks {
+            starts.push(force_count);
+            force_count += block.elements.force_count();
+        }
+        let corners = blocks.iter().zip(&starts).flat_map(|(block, start)| {
+            block.elements.hexes().iter().enumerate().flat_map(move |(element, &hex)| {
+                let slot = move |corner| (start + block.elements.force_slot(element, corner)) as u32;
+                mesh.hexes()[hex as usize].iter().enumerate().map(move |(corner, &node)| (node, slot(corner)))
+            })
+        });
+        let corner_lists = CornerLists::new(node_count, corners, stride);
         let loads: Vec<NodalLoad> =
-            model.loads.iter().map(|load| NodalLoad::new(&load.kind, &reference, &mass)).collect();
-        let velocity = initial_velocity(&model, &reference);
+            model.loads.iter().map(|load| NodalLoad::new(&load.kind, reference, &mass)).collect();
+        let velocity = initial_velocity(&model, reference);
         let initial_kinetic: f64 =
             mass.iter().zip(&velocity).map(|(mass, v)| 0.5 * mass * v.iter().map(|v| v * v).sum::<f64>()).sum();
         let energies = Energies::new(initial_kinetic, elastic_scale, loads.len());
@@ -154,7 +144,7 @@ impl Simulation {
             next_time_step: 0.0,
             step_is_last: false,
             corner_forces: vec![0.0; force_count],
-            corner_lists: CornerLists::new(node_count, &corners, stride),
+            corner_lists,
             load_power: vec![0.0; loads.len()],
             external_force: vec![[0.0; 3]; if loads.is_empty() { 0 } else { node_count }],
             constraints: Constraints::new(&model, node_count)?,
@@ -166,8 +156,7 @@ impl Simulation {
             contact_work: CentredWork::default(),
             step_change: CentredWork::default(),
             momentum: [0.0; 3],
-            hexes: mesh.hexes().to_vec(),
-            place_of_hex,
+            mesh: mesh.clone(),
             loads,
             blocks,
             nodes: Nodes {
@@ -175,7 +164,6 @@ impl Simulation {
                 velocity,
                 acceleration: vec![[0.0; 3]; node_count],
                 reaction: vec![[0.0; 3]; node_count],
-                reference,
                 mass,
             },
         };
@@ -231,8 +219,8 @@ impl Simulation {
         let nodes = &self.nodes;
         let mut sum = [0.0; 3];
         for node in 0..nodes.mass.len() {
-            let x: [f64; 3] = std::array::from_fn(|i| nodes.reference[node][i] + nodes.displacement[node][i]);
-            let p = self.velocity_of(node).map(|v| v * nodes.mass[node]);
+            let x: [f64; 3] = std::array::from_fn(|i| self.reference()[node][i] + nodes.displacement[node][i]);
+            let p = self.velocity(node).map(|v| v * nodes.mass[node]);
             let moment = cross(&x, &p);
             sum = std::array::from_fn(|i| sum[i] + moment[i]);
         }
@@ -252,24 +240,23 @@ impl Simulation {
 
     /// Stable time step of every hex, s, without the safety factor and without the effect of bulk viscosity.
     pub fn stable_time_steps(&self) -> Vec<f64> {
-        let step =
-            |&(block, element): &(u32, u32)| self.blocks[block as usize].elements.stable_time_step(element as usize);
-        self.place_of_hex.iter().map(step).collect()
+        let mut steps = vec![0.0; self.hex_count()];
+        for block in &self.blocks {
+            for (element, &hex) in block.elements.hexes().iter().enumerate() {
+                steps[hex as usize] = block.elements.stable_time_step(element);
+            }
+        }
+        steps
     }
 
     /// Coordinates at time 0, m.
     pub fn reference(&self) -> &[[f64; 3]] {
-        &self.nodes.reference
+        self.mesh.coordinates()
     }
 
     /// Displacement of every node at t_n, m.
     pub fn displacement(&self) -> &[[f64; 3]] {
         &self.nodes.displacement
-    }
-
-    /// Velocity of every node at t_n, m/s.
-    pub fn velocity(&self) -> Vec<[f64; 3]> {
-        (0..self.nodes.mass.len()).map(|node| self.velocity_of(node)).collect()
     }
 
     /// Acceleration of every node at t_n, m/s².
@@ -289,50 +276,13 @@ impl Simulation {
 
     /// Number of hexes.
     pub fn hex_count(&self) -> usize {
-        self.hexes.len()
+        self.mesh.hex_count()
     }
 
-    /// v_n = v_{n+½} − ½ Δt_{n+½} a_n.
-    fn velocity_of(&self, node: usize) -> [f64; 3] {
+    /// Velocity of a node at t_n, v_n = v_{n+½} − ½ Δt_{n+½} a_n, m/s.
+    pub fn velocity(&self, node: usize) -> [f64; 3] {
         let (velocity, acceleration) = (&self.nodes.velocity[node], &self.nodes.acceleration[node]);
         std::array::from_fn(|i| velocity[i] - 0.5 * self.next_time_step * acceleration[i])
-    }
-
-    /// Means over the quadrature points of every hex.
-    pub fn hex_fields(&self) -> HexFields {
-        let count = self.hexes.len();
-        let mut fields = HexFields {
-            cauchy_stress: vec![[0.0; 6]; count],
-            von_mises_stress: vec![0.0; count],
-            pressure: vec![0.0; count],
-            equivalent_plastic_strain: vec![0.0; count],
-            volume_ratio: vec![0.0; count],
-        };
-        for block in &self.blocks {
-            for (element, &hex) in block.elements.hexes().iter().enumerate() {
-                let hex = hex as usize;
-                let outputs = block.elements.outputs(element);
-                let share = (outputs.len() as f64).recip();
-                let mut stress = [0.0; 6];
-                for output in &outputs {
-                    for (sum, component) in stress.iter_mut().zip(output.cauchy_stress.0) {
-                        *sum += share * component;
-                    }
-                    fields.equivalent_plastic_strain[hex] += share * output.equivalent_plastic_strain;
-                }
-                let stress_tensor = estar_tensor::SymmetricTensor(stress);
-                fields.cauchy_stress[hex] = stress;
-                fields.pressure[hex] = stress_tensor.trace() / -3.0;
-                fields.von_mises_stress[hex] = (1.5 * stress_tensor.deviator().norm_squared()).sqrt();
-                let corners = self.hexes[hex];
-                fields.volume_ratio[hex] =
-                    hex8::central_jacobian(&corner_vectors(&corners, |node| {
-                        let (x, u) = (&self.nodes.reference[node], &self.nodes.displacement[node]);
-                        std::array::from_fn(|i| x[i] + u[i])
-                    })) / hex8::central_jacobian(&corner_vectors(&corners, |node| self.nodes.reference[node]));
-            }
-        }
-        fields
     }
 
     /// Calls `visit` with every number of the state, in an order that depends neither on threads nor on lanes.
@@ -361,11 +311,6 @@ impl Simulation {
     }
 }
 
-/// The corners of a hex at the positions that `position` gives.
-fn corner_vectors(hex: &[u32; 8], position: impl Fn(usize) -> [f64; 3]) -> CornerVectors<f64> {
-    hex.map(|node| Vector3(position(node as usize)))
-}
-
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
@@ -382,44 +327,54 @@ struct PartMass {
 fn add_mass(part: &Part, mesh: &Mesh, mass: &mut [f64]) -> Result<PartMass, ModelError> {
     let density = part.material.elasticity().density();
     let mut part_mass = PartMass { smallest_corners: Vec::with_capacity(part.hexes.len()), total: 0.0 };
-    for &hex in &part.hexes {
-        let nodes = &mesh.hexes()[hex as usize];
-        let corners = corner_vectors(nodes, |node| mesh.coordinates()[node]);
-        let positive = |what, value: f64| {
-            if value.is_finite() && value > 0.0 { Ok(()) } else { Err(ModelError::BadHex { hex, what, value }) }
-        };
-        let jacobian = hex8::smallest_jacobian(&corners);
-        let central = hex8::central_jacobian(&corners);
-        let what = "Jacobian at the quadrature points and the centre";
-        positive(what, if central < jacobian { central } else { jacobian })?;
-        let corner_mass = hex8::lumped_mass(&corners, density);
-        for (&node, &corner_mass) in nodes.iter().zip(&corner_mass) {
-            positive("corner mass", corner_mass)?;
-            mass[node as usize] += corner_mass;
+    // threads find the masses of hexes; the sums, and the first fault, are those of the order of the hexes
+    let mut corner_masses = Vec::new();
+    for hexes in part.hexes.chunks(MASS_CHUNK) {
+        hexes.par_iter().map(|&hex| corner_mass(hex, mesh, density)).collect_into_vec(&mut corner_masses);
+        for (&hex, corner_mass) in hexes.iter().zip(corner_masses.drain(..)) {
+            let corner_mass = corner_mass?;
+            for (&node, &corner_mass) in mesh.hexes()[hex as usize].iter().zip(&corner_mass) {
+                mass[node as usize] += corner_mass;
+            }
+            part_mass.total += corner_mass.iter().sum::<f64>();
+            part_mass.smallest_corners.push(corner_mass.into_iter().fold(f64::INFINITY, f64::min));
         }
-        part_mass.total += corner_mass.iter().sum::<f64>();
-        part_mass.smallest_corners.push(corner_mass.into_iter().fold(f64::INFINITY, f64::min));
     }
     Ok(part_mass)
 }
 
-/// Part and place in it of every hex.
-fn places(hex_count: usize, parts: &[Part]) -> Result<Vec<(u32, u32)>, ModelError> {
-    let mut places: Vec<Option<(u32, u32)>> = vec![None; hex_count];
+/// Lumped mass of the corners of a hex, kg.
+fn corner_mass(hex: u32, mesh: &Mesh, density: f64) -> Result<[f64; CORNERS], ModelError> {
+    let corners = mesh.corners(hex as usize).map(Vector3);
+    let positive = |what, value: f64| {
+        if value.is_finite() && value > 0.0 { Ok(()) } else { Err(ModelError::BadHex { hex, what, value }) }
+    };
+    let jacobian = hex8::smallest_jacobian(&corners);
+    let central = hex8::central_jacobian(&corners);
+    let what = "Jacobian at the quadrature points and the centre";
+    positive(what, if central < jacobian { central } else { jacobian })?;
+    let corner_mass = hex8::lumped_mass(&corners, density);
+    corner_mass.iter().try_for_each(|&mass| positive("corner mass", mass))?;
+    Ok(corner_mass)
+}
+
+/// Every hex belongs to one part.
+fn check_owners(hex_count: usize, parts: &[Part]) -> Result<(), ModelError> {
+    const NOBODY: u32 = u32::MAX;
+    let mut owners = vec![NOBODY; hex_count];
     for (second, part) in parts.iter().enumerate() {
-        for (element, &hex) in part.hexes.iter().enumerate() {
-            let place = &mut places[hex as usize];
-            if let Some((first, _)) = *place {
-                return Err(ModelError::HexInTwoParts { hex, first: first as usize, second });
+        for &hex in &part.hexes {
+            match std::mem::replace(&mut owners[hex as usize], second as u32) {
+                NOBODY => {}
+                first => return Err(ModelError::HexInTwoParts { hex, first: first as usize, second }),
             }
-            *place = Some((second as u32, element as u32));
         }
     }
-    let count = places.iter().filter(|place| place.is_none()).count();
-    if let Some(first) = places.iter().position(Option::is_none) {
-        return Err(ModelError::HexWithoutPart { count, first: first as u32 });
+    let orphans = owners.iter().filter(|&&owner| owner == NOBODY);
+    match owners.iter().position(|&owner| owner == NOBODY) {
+        Some(first) => Err(ModelError::HexWithoutPart { count: orphans.count(), first: first as u32 }),
+        None => Ok(()),
     }
-    Ok(places.into_iter().flatten().collect())
 }
 
 fn initial_velocity(model: &Model, reference: &[[f64; 3]]) -> Vec<[f64; 3]> {

@@ -2,13 +2,13 @@
 
 use crate::model::Part;
 use estar_element::hex8::{self, CORNERS, CornerVectors, HexHistory, HexMotion, HexStep, POINTS};
-use estar_material::{Material, MaterialModel, PointOutput, PointState};
-use estar_tensor::{Kernel, LaneLevel, Mask, Real, Rotation, Vector3, WithLanes, array, dispatch};
+use estar_material::{Material, MaterialModel, PointState};
+use estar_tensor::{Kernel, LaneLevel, Mask, Real, Rotation, SymmetricTensor, Vector3, WithLanes, array, dispatch};
 use rayon::prelude::*;
 
 /// Elements that one thread takes at a time; a multiple of every number of lanes. Sums are formed within such a chunk
 /// first, so that they depend neither on the threads nor on the lanes.
-const CHUNK: usize = 512;
+pub(crate) const CHUNK: usize = 512;
 /// Partial sums of a chunk: element e adds to the sum e mod 8 for any number of lanes.
 const SUM_SLOTS: usize = 8;
 
@@ -99,18 +99,22 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Largest equivalent plastic strain of a quadrature point.
     fn largest_plastic_strain(&self) -> f64;
 
-    /// What a user sees of each quadrature point of an element.
-    fn outputs(&self, element: usize) -> [PointOutput; POINTS];
+    /// Writes the mean Cauchy stress (Pa) over the points of each element of a chunk to the place of its hex; the place of
+    /// the first is at the beginning of `field`.
+    fn write_cauchy_stress(&self, chunk: usize, field: &mut [[f64; 6]]);
+
+    /// The same with the mean equivalent plastic strain.
+    fn write_equivalent_plastic_strain(&self, chunk: usize, field: &mut [f64]);
 
     /// Calls `visit` with every number of every history, in an order that does not depend on the lanes.
     fn for_each_number(&self, visit: &mut dyn FnMut(f64));
 }
 
 /// The block of a part. `corner_mass` is the smallest corner mass of each of its hexes.
-pub(crate) fn block(part: &Part, hexes: &[[u32; 8]], corner_mass: Vec<f64>, level: LaneLevel) -> Box<dyn ElementBlock> {
+pub(crate) fn block(part: Part, hexes: &[[u32; 8]], corner_mass: Vec<f64>, level: LaneLevel) -> Box<dyn ElementBlock> {
     let connectivity = part.hexes.iter().map(|&hex| hexes[hex as usize]).collect();
-    let elements = Elements { hexes: part.hexes.clone(), connectivity, corner_mass };
-    match part.material.clone() {
+    let elements = Elements { hexes: part.hexes, connectivity, corner_mass };
+    match part.material {
         MaterialModel::Elastic(material) => dispatch(level, NewBlock { elements, material }),
         MaterialModel::EStar(material) => dispatch(level, NewBlock { elements, material }),
         MaterialModel::EStarKinematic(material) => dispatch(level, NewBlock { elements, material }),
@@ -173,9 +177,16 @@ impl<M: Material, R: Real> SolidBlock<M, R> {
             hexes,
             connectivity,
             corner_mass: (0..pack_count).map(mass).collect(),
-            history: vec![initial; pack_count],
+            // each thread is the first to touch its part, which takes as long as all else here
+            history: (0..pack_count).into_par_iter().map(|_| initial).collect(),
             reports: vec![BlockReport::EMPTY; count.div_ceil(CHUNK)],
         }
+    }
+
+    fn chunk(&self, chunk: usize) -> Chunk<'_, M, R> {
+        let (hexes, packs) = (&self.hexes[chunk * CHUNK..], &self.history[chunk * (CHUNK / R::LANES)..]);
+        let count = hexes.len().min(CHUNK);
+        Chunk { material: &self.material, hexes: &hexes[..count], history: &packs[..count.div_ceil(R::LANES)] }
     }
 }
 
@@ -237,12 +248,12 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
         self.history.par_iter().with_min_len(CHUNK).map(of_pack).reduce(|| 0.0, f64::max)
     }
 
-    fn outputs(&self, element: usize) -> [PointOutput; POINTS] {
-        let (pack, lane) = (&self.history[element / R::LANES], element % R::LANES);
-        std::array::from_fn(|point| {
-            let rotation = Rotation(pack.rotations[point].0.map(|component| component.lane(lane)));
-            self.material.output(&M::lane(&pack.states[point], lane), &rotation.to_tensor())
-        })
+    fn write_cauchy_stress(&self, chunk: usize, field: &mut [[f64; 6]]) {
+        R::vectorize(StressKernel { chunk: self.chunk(chunk), field });
+    }
+
+    fn write_equivalent_plastic_strain(&self, chunk: usize, field: &mut [f64]) {
+        R::vectorize(StrainKernel { chunk: self.chunk(chunk), field });
     }
 
     fn for_each_number(&self, visit: &mut dyn FnMut(f64)) {
@@ -317,6 +328,60 @@ impl<M: Material, R: Real> Kernel for ChunkKernel<'_, M, R> {
         }
         let [internal_energy, plastic_dissipation, viscous_energy] = sums.map(|slots| slots.iter().sum());
         BlockReport { internal_energy, plastic_dissipation, viscous_energy, ..report }
+    }
+}
+
+/// A chunk of elements to look at.
+struct Chunk<'a, M: Material, R: Real> {
+    material: &'a M,
+    hexes: &'a [u32],
+    history: &'a [History<M, R>],
+}
+
+struct StressKernel<'a, M: Material, R: Real> {
+    chunk: Chunk<'a, M, R>,
+    field: &'a mut [[f64; 6]],
+}
+
+impl<M: Material, R: Real> Kernel for StressKernel<'_, M, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Chunk { material, hexes, history } = self.chunk;
+        for (hexes_of_pack, pack) in hexes.chunks(R::LANES).zip(history) {
+            let mut mean = SymmetricTensor::zero();
+            for (state, rotation) in pack.states.iter().zip(&pack.rotations) {
+                let stress = material.output(state, &rotation.to_tensor()).cauchy_stress;
+                mean = mean + stress * R::splat(1.0 / POINTS as f64);
+            }
+            for (lane, hex) in hexes_of_pack.iter().enumerate() {
+                self.field[(hex - hexes[0]) as usize] = mean.0.map(|component| component.lane(lane));
+            }
+        }
+    }
+}
+
+struct StrainKernel<'a, M: Material, R: Real> {
+    chunk: Chunk<'a, M, R>,
+    field: &'a mut [f64],
+}
+
+impl<M: Material, R: Real> Kernel for StrainKernel<'_, M, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Chunk { material, hexes, history } = self.chunk;
+        for (hexes_of_pack, pack) in hexes.chunks(R::LANES).zip(history) {
+            let mut mean = R::splat(0.0);
+            for state in &pack.states {
+                mean += material.equivalent_plastic_strain(state) * R::splat(1.0 / POINTS as f64);
+            }
+            for (lane, hex) in hexes_of_pack.iter().enumerate() {
+                self.field[(hex - hexes[0]) as usize] = mean.lane(lane);
+            }
+        }
     }
 }
 

@@ -5,7 +5,8 @@
 mod common;
 
 use common::{
-    DIRECTIONS, FORMULATIONS, all_nodes, assert_close, bricks, elasticity, new, run, translation, until, whole,
+    DIRECTIONS, FORMULATIONS, all_nodes, assert_close, bricks, elasticity, new, run, stresses, translation, until,
+    whole,
 };
 use estar_material::{IsotropicHardening, KinematicHardening, MaterialModel};
 use estar_solver::Model;
@@ -37,10 +38,9 @@ fn an_elastic_rod_rebounds_after_twice_its_length() {
         run(&mut simulation, |now| {
             if stress.is_none() && now.time() >= 0.7 * length / wave_speed {
                 // half of what lies behind the front, away from its ringing
-                let behind = &now.hex_fields().cauchy_stress[20..80];
+                let behind = &stresses(now)[20..80];
                 stress = Some(behind.iter().map(|stress| stress[0]).sum::<f64>() / behind.len() as f64);
-                let still = &now.velocity()[20..80];
-                velocity = still.iter().map(|v| v[0]).sum::<f64>() / still.len() as f64;
+                velocity = (20..80).map(|node| now.velocity(node)[0]).sum::<f64>() / 60.0;
             }
             if leaves.is_none() && now.displacement()[foot][0] > 0.05 * side * speed / wave_speed {
                 leaves = Some(now.time());
@@ -105,7 +105,7 @@ fn a_yielding_column_sends_a_precursor_and_a_slower_plastic_wave() {
         let times = [0.45, 0.85].map(|share| share * length / elastic_speed);
         run(&mut simulation, |now| {
             if snapshots.len() < 2 && now.time() >= times[snapshots.len()] {
-                let stress: Vec<f64> = now.hex_fields().cauchy_stress.iter().map(|stress| -stress[0]).collect();
+                let stress: Vec<f64> = stresses(now).iter().map(|stress| -stress[0]).collect();
                 snapshots.push((now.time(), stress));
             }
         });

@@ -211,9 +211,14 @@ impl<'a> Bar<'a> {
         while bar.simulation.time() < WARM_UP {
             bar.advance(all_threads, 1)?;
         }
-        let before = bar.simulation.hex_fields().equivalent_plastic_strain;
+        let strain = |simulation: &Simulation| {
+            let mut strain = vec![0.0; simulation.hex_count()];
+            all_threads.install(|| simulation.write_equivalent_plastic_strain(&mut strain));
+            strain
+        };
+        let before = strain(&bar.simulation);
         bar.advance(all_threads, 1)?;
-        let after = bar.simulation.hex_fields().equivalent_plastic_strain;
+        let after = strain(&bar.simulation);
         let yielding = before.iter().zip(&after).filter(|(before, after)| after > before).count();
         Ok(Self { yielding: yielding as f64 / before.len() as f64, ..bar })
     }

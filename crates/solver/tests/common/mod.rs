@@ -130,6 +130,13 @@ pub fn run(simulation: &mut Simulation, mut visit: impl FnMut(&Simulation) + Sen
     });
 }
 
+/// Cauchy stress of every hex.
+pub fn stresses(simulation: &Simulation) -> Vec<[f64; 6]> {
+    let mut stresses = vec![[0.0; 6]; simulation.hex_count()];
+    simulation.write_cauchy_stress(&mut stresses);
+    stresses
+}
+
 pub fn norm(vector: [f64; 3]) -> f64 {
     dot(vector, vector).sqrt()
 }

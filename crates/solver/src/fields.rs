@@ -1,0 +1,64 @@
+//! Fields over nodes and hexes: what frames and probes see of a state. Each is written to a slice that the caller keeps,
+//! by all threads of the pool.
+
+use crate::simulation::Simulation;
+use crate::solid_block::CHUNK;
+use estar_element::hex8;
+use estar_tensor::{SymmetricTensor, Vector3};
+use rayon::prelude::*;
+
+impl Simulation {
+    /// Writes the velocity of every node at t_n, m/s.
+    pub fn write_velocity(&self, field: &mut [[f64; 3]]) {
+        let velocity = |(node, velocity): (usize, &mut [f64; 3])| *velocity = self.velocity(node);
+        field.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(velocity);
+    }
+
+    /// Writes the Cauchy stress of every hex, the mean over its quadrature points: components xx, yy, zz, xy, yz, xz, Pa.
+    pub fn write_cauchy_stress(&self, field: &mut [[f64; 6]]) {
+        for block in &self.blocks {
+            let pieces = pieces(block.elements.hexes(), field).into_par_iter().enumerate();
+            pieces.for_each(|(chunk, piece)| block.elements.write_cauchy_stress(chunk, piece));
+        }
+    }
+
+    /// Writes the equivalent plastic strain ε̄ᵖ of every hex, the mean over its quadrature points.
+    pub fn write_equivalent_plastic_strain(&self, field: &mut [f64]) {
+        for block in &self.blocks {
+            let pieces = pieces(block.elements.hexes(), field).into_par_iter().enumerate();
+            pieces.for_each(|(chunk, piece)| block.elements.write_equivalent_plastic_strain(chunk, piece));
+        }
+    }
+}
+
+/// The piece of a field over all hexes that holds each chunk of a block, whose hexes ascend.
+fn pieces<'a, T>(hexes: &[u32], field: &'a mut [T]) -> Vec<&'a mut [T]> {
+    let (mut rest, mut begin) = (field, 0);
+    let piece = |chunk: &[u32]| {
+        let (first, end) = (chunk[0] as usize, chunk[chunk.len() - 1] as usize + 1);
+        let (piece, behind) = std::mem::take(&mut rest)[first - begin..].split_at_mut(end - first);
+        (rest, begin) = (behind, end);
+        piece
+    };
+    hexes.chunks(CHUNK).map(piece).collect()
+}
+
+/// Von Mises stress √(3/2) ‖dev T‖ of a stress with the components xx, yy, zz, xy, yz, xz.
+pub fn von_mises_stress(stress: &[f64; 6]) -> f64 {
+    (1.5 * SymmetricTensor(*stress).deviator().norm_squared()).sqrt()
+}
+
+/// Pressure −⅓ tr T of a stress with the components xx, yy, zz, xy, yz, xz.
+pub fn pressure(stress: &[f64; 6]) -> f64 {
+    SymmetricTensor(*stress).trace() / -3.0
+}
+
+/// det F at the centre of a hex, the volume ratio that F-bar gives every point.
+pub fn volume_ratio(corners: &[u32; 8], reference: &[[f64; 3]], displacement: &[[f64; 3]]) -> f64 {
+    let moved = |node: u32| {
+        let (x, u) = (&reference[node as usize], &displacement[node as usize]);
+        Vector3(std::array::from_fn(|i| x[i] + u[i]))
+    };
+    let still = |node: u32| Vector3(reference[node as usize]);
+    hex8::central_jacobian(&corners.map(moved)) / hex8::central_jacobian(&corners.map(still))
+}
