@@ -94,11 +94,11 @@ impl<M: Material> WithLanes for UpdateTime<'_, M> {
             time_step: 2e-8,
         };
         for _ in 0..STEPS_BEFORE {
+            run.old = R::vectorize(&run);
             // F ← F + Δt L F
             let gradient = run.motion.deformation_gradient;
             let rate = run.motion.velocity_gradient.dot(&gradient);
             run.motion.deformation_gradient = gradient + rate * R::splat(run.time_step);
-            run.old = R::vectorize(&run);
         }
         let begun = Instant::now();
         for _ in 0..ROUNDS {
