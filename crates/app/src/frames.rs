@@ -3,8 +3,8 @@
 //! The loop copies what only it has: displacements, velocities, and means over the points of the hexes. What follows from
 //! them (places, von Mises stress, pressure, volume ratio) the writer works out number by number.
 //!
-//! A frame's numbers are in one of two buffers that go to and fro. When frames come faster than they can be written both are
-//! under way, and the loop waits for one: memory is bounded, and no frame is lost.
+//! A frame's numbers are in a buffer that goes to and fro. When a frame comes before the last one is written, the loop waits
+//! for the buffer: memory is bounded, and no frame is lost. More buffers would help only where frames come in bursts.
 
 use crate::failure::Failure;
 use crate::fields::Field;
@@ -18,8 +18,6 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
-/// Buffers for frames: one that is written while the next is filled.
-const BUFFERS: usize = 2;
 /// One thread packs frames for so many threads of the loop.
 const SHARE_OF_THREADS: usize = 4;
 /// Nodes that one thread copies at a time.
@@ -31,7 +29,6 @@ pub struct FrameWriter {
     fields: Vec<Field>,
     sender: Option<Sender<Numbers>>,
     returned: Receiver<Numbers>,
-    buffer_count: usize,
     thread: Option<JoinHandle<Result<usize, Failure>>>,
     last_step: Option<u64>,
 }
@@ -68,27 +65,21 @@ impl FrameWriter {
         let (give_back, returned) = channel();
         let (mesh, wanted) = (mesh.clone(), fields.to_vec());
         let write_all = move || {
+            // whoever is to take buffers may be gone already: then there is nothing to write
+            let _ = give_back.send(Numbers::default());
             let grid = pool.install(|| grid(&mesh, &part_of_hex)).map_err(failure)?;
             drop(part_of_hex);
             let mut count = 0;
             for numbers in frames {
                 pool.install(|| numbers.write(&mut writer, &grid, &mesh, &wanted)).map_err(failure)?;
                 count += 1;
-                // nobody wants it back after the last frame
                 let _ = give_back.send(numbers);
             }
             Ok(count)
         };
         let thread = std::thread::Builder::new().name("frames".to_owned()).spawn(write_all);
         let thread = thread.map_err(|error| Failure::File(format!("error: no thread for the frames: {error}")))?;
-        Ok(Self {
-            fields: fields.to_vec(),
-            sender: Some(sender),
-            returned,
-            buffer_count: 0,
-            thread: Some(thread),
-            last_step: None,
-        })
+        Ok(Self { fields: fields.to_vec(), sender: Some(sender), returned, thread: Some(thread), last_step: None })
     }
 
     /// Hands over the frame of the present step, unless it was the last one handed over.
@@ -100,25 +91,14 @@ impl FrameWriter {
             return Ok(());
         }
         self.last_step = Some(simulation.step());
-        let sent = self.free_buffer().and_then(|mut numbers| {
+        // no buffer comes back when the writer has given up
+        let sent = self.returned.recv().ok().and_then(|mut numbers| {
             numbers.take(simulation, &self.fields);
             self.sender.as_ref()?.send(numbers).ok()
         });
         match sent {
             Some(()) => Ok(()),
             None => self.finish().map(|_| ()),
-        }
-    }
-
-    /// A buffer that is not under way, which may take waiting for; none when the writer has given up.
-    fn free_buffer(&mut self) -> Option<Numbers> {
-        match self.returned.try_recv() {
-            Ok(buffer) => Some(buffer),
-            Err(_) if self.buffer_count < BUFFERS => {
-                self.buffer_count += 1;
-                Some(Numbers::default())
-            }
-            Err(_) => self.returned.recv().ok(),
         }
     }
 
@@ -159,14 +139,15 @@ impl Numbers {
             self.velocity.resize(node_count, [0.0; 3]);
             simulation.write_velocity(&mut self.velocity);
         }
-        if is_wanted(&[Field::CauchyStress, Field::VonMisesStress, Field::Pressure]) {
+        let stress = is_wanted(&[Field::CauchyStress, Field::VonMisesStress, Field::Pressure]).then(|| {
             self.cauchy_stress.resize(hex_count, [0.0; 6]);
-            simulation.write_cauchy_stress(&mut self.cauchy_stress);
-        }
-        if is_wanted(&[Field::EquivalentPlasticStrain]) {
+            self.cauchy_stress.as_mut_slice()
+        });
+        let strain = is_wanted(&[Field::EquivalentPlasticStrain]).then(|| {
             self.equivalent_plastic_strain.resize(hex_count, 0.0);
-            simulation.write_equivalent_plastic_strain(&mut self.equivalent_plastic_strain);
-        }
+            self.equivalent_plastic_strain.as_mut_slice()
+        });
+        simulation.write_means(stress, strain);
     }
 
     fn write(&self, writer: &mut ResultWriter, grid: &Grid, mesh: &Mesh, fields: &[Field]) -> Result<(), WriteError> {

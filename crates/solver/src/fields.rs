@@ -2,7 +2,7 @@
 //! by all threads of the pool.
 
 use crate::simulation::Simulation;
-use crate::solid_block::CHUNK;
+use crate::solid_block::{CHUNK, Means};
 use estar_element::hex8;
 use estar_tensor::{SymmetricTensor, Vector3};
 use rayon::prelude::*;
@@ -14,31 +14,30 @@ impl Simulation {
         field.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(velocity);
     }
 
-    /// Writes the Cauchy stress of every hex, the mean over its quadrature points: components xx, yy, zz, xy, yz, xz, Pa.
-    pub fn write_cauchy_stress(&self, field: &mut [[f64; 6]]) {
+    /// Writes means over the quadrature points of every hex, of the fields that are wanted: the Cauchy stress with the
+    /// components xx, yy, zz, xy, yz, xz in Pa, and the equivalent plastic strain ε̄ᵖ. One sweep over the histories gives
+    /// both; their size is what it costs.
+    pub fn write_means(&self, mut stress: Option<&mut [[f64; 6]]>, mut strain: Option<&mut [f64]>) {
         for block in &self.blocks {
-            let pieces = pieces(block.elements.hexes(), field).into_par_iter().enumerate();
-            pieces.for_each(|(chunk, piece)| block.elements.write_cauchy_stress(chunk, piece));
-        }
-    }
-
-    /// Writes the equivalent plastic strain ε̄ᵖ of every hex, the mean over its quadrature points.
-    pub fn write_equivalent_plastic_strain(&self, field: &mut [f64]) {
-        for block in &self.blocks {
-            let pieces = pieces(block.elements.hexes(), field).into_par_iter().enumerate();
-            pieces.for_each(|(chunk, piece)| block.elements.write_equivalent_plastic_strain(chunk, piece));
+            let hexes = block.elements.hexes();
+            let stresses = pieces(hexes, stress.as_deref_mut());
+            let strains = pieces(hexes, strain.as_deref_mut());
+            let chunks = stresses.into_par_iter().zip(strains).enumerate();
+            chunks.for_each(|(chunk, (cauchy_stress, equivalent_plastic_strain))| {
+                block.elements.write_means(chunk, Means { cauchy_stress, equivalent_plastic_strain });
+            });
         }
     }
 }
 
-/// The piece of a field over all hexes that holds each chunk of a block, whose hexes ascend.
-fn pieces<'a, T>(hexes: &[u32], field: &'a mut [T]) -> Vec<&'a mut [T]> {
+/// The piece of a field over all hexes that holds each chunk of a block, whose hexes ascend; none of no field.
+fn pieces<'a, T>(hexes: &[u32], field: Option<&'a mut [T]>) -> Vec<Option<&'a mut [T]>> {
     let (mut rest, mut begin) = (field, 0);
     let piece = |chunk: &[u32]| {
         let (first, end) = (chunk[0] as usize, chunk[chunk.len() - 1] as usize + 1);
-        let (piece, behind) = std::mem::take(&mut rest)[first - begin..].split_at_mut(end - first);
-        (rest, begin) = (behind, end);
-        piece
+        let (piece, behind) = rest.take()?[first - begin..].split_at_mut(end - first);
+        (rest, begin) = (Some(behind), end);
+        Some(piece)
     };
     hexes.chunks(CHUNK).map(piece).collect()
 }

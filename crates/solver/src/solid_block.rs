@@ -9,8 +9,10 @@ use rayon::prelude::*;
 /// Elements that one thread takes at a time; a multiple of every number of lanes. Sums are formed within such a chunk
 /// first, so that they depend neither on the threads nor on the lanes.
 pub(crate) const CHUNK: usize = 512;
+/// No number has more lanes.
+const MOST_LANES: usize = 8;
 /// Partial sums of a chunk: element e adds to the sum e mod 8 for any number of lanes.
-const SUM_SLOTS: usize = 8;
+const SUM_SLOTS: usize = MOST_LANES;
 
 /// Where the nodes are and how they move; each a vector per node.
 #[derive(Clone, Copy)]
@@ -73,6 +75,14 @@ impl BlockReport {
     }
 }
 
+/// Fields over hexes, each or none wanted: means over the quadrature points.
+pub(crate) struct Means<'a> {
+    /// Cauchy stress, Pa.
+    pub cauchy_stress: Option<&'a mut [[f64; 6]]>,
+    /// Equivalent plastic strain.
+    pub equivalent_plastic_strain: Option<&'a mut [f64]>,
+}
+
 /// A block of elements, whatever their material and number of lanes. Called once a step, not once an element.
 pub(crate) trait ElementBlock: Send + Sync {
     /// Hexes of the mesh, in the order of the block.
@@ -99,12 +109,9 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Largest equivalent plastic strain of a quadrature point.
     fn largest_plastic_strain(&self) -> f64;
 
-    /// Writes the mean Cauchy stress (Pa) over the points of each element of a chunk to the place of its hex; the place of
-    /// the first is at the beginning of `field`.
-    fn write_cauchy_stress(&self, chunk: usize, field: &mut [[f64; 6]]);
-
-    /// The same with the mean equivalent plastic strain.
-    fn write_equivalent_plastic_strain(&self, chunk: usize, field: &mut [f64]);
+    /// Writes the means over the points of each element of a chunk to the places of its hexes in the fields; the place of
+    /// the first is at their beginning.
+    fn write_means(&self, chunk: usize, means: Means<'_>);
 
     /// Calls `visit` with every number of every history, in an order that does not depend on the lanes.
     fn for_each_number(&self, visit: &mut dyn FnMut(f64));
@@ -182,12 +189,6 @@ impl<M: Material, R: Real> SolidBlock<M, R> {
             reports: vec![BlockReport::EMPTY; count.div_ceil(CHUNK)],
         }
     }
-
-    fn chunk(&self, chunk: usize) -> Chunk<'_, M, R> {
-        let (hexes, packs) = (&self.hexes[chunk * CHUNK..], &self.history[chunk * (CHUNK / R::LANES)..]);
-        let count = hexes.len().min(CHUNK);
-        Chunk { material: &self.material, hexes: &hexes[..count], history: &packs[..count.div_ceil(R::LANES)] }
-    }
 }
 
 impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
@@ -248,12 +249,10 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
         self.history.par_iter().with_min_len(CHUNK).map(of_pack).reduce(|| 0.0, f64::max)
     }
 
-    fn write_cauchy_stress(&self, chunk: usize, field: &mut [[f64; 6]]) {
-        R::vectorize(StressKernel { chunk: self.chunk(chunk), field });
-    }
-
-    fn write_equivalent_plastic_strain(&self, chunk: usize, field: &mut [f64]) {
-        R::vectorize(StrainKernel { chunk: self.chunk(chunk), field });
+    fn write_means(&self, chunk: usize, means: Means<'_>) {
+        let (hexes, history) = (&self.hexes[chunk * CHUNK..], &self.history[chunk * (CHUNK / R::LANES)..]);
+        let hexes = &hexes[..hexes.len().min(CHUNK)];
+        R::vectorize(MeansKernel { material: &self.material, hexes, history, means });
     }
 
     fn for_each_number(&self, visit: &mut dyn FnMut(f64)) {
@@ -331,55 +330,46 @@ impl<M: Material, R: Real> Kernel for ChunkKernel<'_, M, R> {
     }
 }
 
-/// A chunk of elements to look at.
-struct Chunk<'a, M: Material, R: Real> {
+/// Means over the points of the elements of a chunk, as a user sees them.
+struct MeansKernel<'a, M: Material, R: Real> {
     material: &'a M,
     hexes: &'a [u32],
     history: &'a [History<M, R>],
+    means: Means<'a>,
 }
 
-struct StressKernel<'a, M: Material, R: Real> {
-    chunk: Chunk<'a, M, R>,
-    field: &'a mut [[f64; 6]],
-}
-
-impl<M: Material, R: Real> Kernel for StressKernel<'_, M, R> {
+impl<M: Material, R: Real> Kernel for MeansKernel<'_, M, R> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Chunk { material, hexes, history } = self.chunk;
-        for (hexes_of_pack, pack) in hexes.chunks(R::LANES).zip(history) {
-            let mut mean = SymmetricTensor::zero();
-            for (state, rotation) in pack.states.iter().zip(&pack.rotations) {
-                let stress = material.output(state, &rotation.to_tensor()).cauchy_stress;
-                mean = mean + stress * R::splat(1.0 / POINTS as f64);
+        let Self { material, hexes, history, means } = self;
+        let Means { mut cauchy_stress, mut equivalent_plastic_strain } = means;
+        let share = R::splat(1.0 / POINTS as f64);
+        let mut lanes = [[0.0; MOST_LANES]; 6];
+        for (pack, hexes_of_pack) in history.iter().zip(hexes.chunks(R::LANES)) {
+            let places = || hexes_of_pack.iter().map(|hex| (hex - hexes[0]) as usize).enumerate();
+            if let Some(field) = &mut cauchy_stress {
+                let mut mean = SymmetricTensor::zero();
+                for (state, rotation) in pack.states.iter().zip(&pack.rotations) {
+                    mean = mean + material.output(state, &rotation.to_tensor()).cauchy_stress * share;
+                }
+                for (lanes, component) in lanes.iter_mut().zip(mean.0) {
+                    component.store(lanes);
+                }
+                for (lane, place) in places() {
+                    field[place] = array(|component| lanes[component][lane]);
+                }
             }
-            for (lane, hex) in hexes_of_pack.iter().enumerate() {
-                self.field[(hex - hexes[0]) as usize] = mean.0.map(|component| component.lane(lane));
-            }
-        }
-    }
-}
-
-struct StrainKernel<'a, M: Material, R: Real> {
-    chunk: Chunk<'a, M, R>,
-    field: &'a mut [f64],
-}
-
-impl<M: Material, R: Real> Kernel for StrainKernel<'_, M, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Chunk { material, hexes, history } = self.chunk;
-        for (hexes_of_pack, pack) in hexes.chunks(R::LANES).zip(history) {
-            let mut mean = R::splat(0.0);
-            for state in &pack.states {
-                mean += material.equivalent_plastic_strain(state) * R::splat(1.0 / POINTS as f64);
-            }
-            for (lane, hex) in hexes_of_pack.iter().enumerate() {
-                self.field[(hex - hexes[0]) as usize] = mean.lane(lane);
+            if let Some(field) = &mut equivalent_plastic_strain {
+                let mut mean = R::splat(0.0);
+                for state in &pack.states {
+                    mean += material.equivalent_plastic_strain(state) * share;
+                }
+                mean.store(&mut lanes[0]);
+                for (lane, place) in places() {
+                    field[place] = lanes[0][lane];
+                }
             }
         }
     }

@@ -213,7 +213,7 @@ impl<'a> Bar<'a> {
         }
         let strain = |simulation: &Simulation| {
             let mut strain = vec![0.0; simulation.hex_count()];
-            all_threads.install(|| simulation.write_equivalent_plastic_strain(&mut strain));
+            all_threads.install(|| simulation.write_means(None, Some(&mut strain)));
             strain
         };
         let before = strain(&bar.simulation);

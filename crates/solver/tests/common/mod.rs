@@ -133,7 +133,7 @@ pub fn run(simulation: &mut Simulation, mut visit: impl FnMut(&Simulation) + Sen
 /// Cauchy stress of every hex.
 pub fn stresses(simulation: &Simulation) -> Vec<[f64; 6]> {
     let mut stresses = vec![[0.0; 6]; simulation.hex_count()];
-    simulation.write_cauchy_stress(&mut stresses);
+    simulation.write_means(Some(&mut stresses), None);
     stresses
 }
 
