@@ -35,7 +35,7 @@ impl HexQuality {
         for (corner, neighbours) in CORNER_NEIGHBOURS.iter().enumerate() {
             let edges = neighbours.map(|neighbour| difference(&corners[neighbour], &corners[corner]));
             let jacobian = determinant(&edges);
-            let lengths: f64 = edges.iter().map(length).product();
+            let lengths: f64 = edges.iter().map(|edge| square(edge).sqrt()).product();
             min_jacobian = min_jacobian.min(jacobian);
             scaled_jacobian = scaled_jacobian.min(if lengths > 0.0 { jacobian / lengths } else { 0.0 });
         }
@@ -236,8 +236,9 @@ fn hex_error(mesh: &Mesh, hex: usize, quality: &HexQuality) -> Option<QualityErr
     let longest_edge = CORNER_NEIGHBOURS
         .iter()
         .enumerate()
-        .flat_map(|(corner, neighbours)| neighbours.map(|other| length(&difference(&corners[other], &corners[corner]))))
-        .fold(0.0, f64::max);
+        .flat_map(|(corner, neighbours)| neighbours.map(|other| square(&difference(&corners[other], &corners[corner]))))
+        .fold(0.0, f64::max)
+        .sqrt();
     // False also for a volume that overflowed to NaN.
     let has_volume = quality.volume.abs() > ZERO_VOLUME * longest_edge.powi(3);
     if !has_volume {
@@ -277,34 +278,44 @@ fn unused_nodes(mesh: &Mesh) -> impl Iterator<Item = NodeLabel> + '_ {
     used.into_iter().zip(mesh.node_labels()).filter(|(used, _)| !used).map(|(_, &label)| label)
 }
 
+/// ∂N_a/∂ξ of each corner a at each of the 2×2×2 Gauss points.
+const SLOPES: [[[f64; 3]; 8]; 8] = {
+    const GAUSS: f64 = 0.577_350_269_189_625_8;
+    let mut slopes = [[[0.0; 3]; 8]; 8];
+    let mut entry = 0;
+    while entry < 8 * 8 * 3 {
+        let (point, corner, axis) = (CORNER_SIGNS[entry / 24], entry / 3 % 8, entry % 3);
+        let (signs, j, k) = (CORNER_SIGNS[corner], (axis + 1) % 3, (axis + 2) % 3);
+        // ∂N/∂ξ_axis = s_axis/8 (1 + s_j ξ_j)(1 + s_k ξ_k)
+        slopes[entry / 24][corner][axis] =
+            signs[axis] * (1.0 + signs[j] * point[j] * GAUSS) * (1.0 + signs[k] * point[k] * GAUSS) / 8.0;
+        entry += 1;
+    }
+    slopes
+};
+
 /// ∫ det ∂x/∂ξ dξ over the reference cube, by 2×2×2 Gauss points, which is exact for a trilinear hex.
 pub fn volume(corners: &[[f64; 3]; 8]) -> f64 {
-    let g = 1.0 / 3.0_f64.sqrt();
-    CORNER_SIGNS
-        .iter()
-        .map(|point| {
-            let mut jacobian = [[0.0; 3]; 3];
-            for (corner, signs) in corners.iter().zip(&CORNER_SIGNS) {
-                let factor = [0, 1, 2].map(|axis| 1.0 + signs[axis] * point[axis] * g);
-                for (axis, row) in jacobian.iter_mut().enumerate() {
-                    // ∂N/∂ξ_axis = s_axis/8 (1 + s_j ξ_j)(1 + s_k ξ_k)
-                    let slope = signs[axis] * factor[(axis + 1) % 3] * factor[(axis + 2) % 3] / 8.0;
-                    for (value, x) in row.iter_mut().zip(corner) {
-                        *value += slope * x;
-                    }
+    let at_point = |slopes: &[[f64; 3]; 8]| {
+        let mut jacobian = [[0.0; 3]; 3];
+        for (corner, slope) in corners.iter().zip(slopes) {
+            for (row, slope) in jacobian.iter_mut().zip(slope) {
+                for (value, x) in row.iter_mut().zip(corner) {
+                    *value += slope * x;
                 }
             }
-            determinant(&jacobian)
-        })
-        .sum()
+        }
+        determinant(&jacobian)
+    };
+    SLOPES.iter().map(at_point).sum()
 }
 
 fn difference(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-fn length(a: &[f64; 3]) -> f64 {
-    (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]).sqrt()
+fn square(a: &[f64; 3]) -> f64 {
+    a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 }
 
 fn determinant([a, b, c]: &[[f64; 3]; 3]) -> f64 {
