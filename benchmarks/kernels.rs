@@ -10,7 +10,7 @@ use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use estar::bench::single_hex::{Pace, STEPS_BEFORE, SingleHex};
 use estar::bench::taylor_bar::{ELEMENTS, materials};
 use estar::deck::model::element_name;
-use estar_material::{Material, MaterialModel, StepKinematics};
+use estar_material::{Material, MaterialModel, Motion, StepKinematics};
 use estar_solver::LaneLevel;
 use estar_solver::model::Formulation;
 use estar_tensor::{Kernel, Real, Rotation, Tensor, WithLanes, dispatch};
@@ -73,32 +73,29 @@ struct UpdateTime<'a, M>(&'a M);
 struct UpdateRun<'a, M: Material, R: Real> {
     material: &'a M,
     old: [M::State<R>; PACKS],
-    motion: StepKinematics<R>,
-    time_step: f64,
+    step: StepKinematics<R>,
 }
 
 impl<M: Material> WithLanes for UpdateTime<'_, M> {
     type Output = f64;
 
     fn with_lanes<R: Real>(self) -> f64 {
-        let rows = [[2.5e4, 1e4, 0.0], [-1e4, 2.5e4, 0.5e4], [0.0, 0.5e4, -5e4]];
+        let rows = [[5e-4, 2e-4, 0.0], [-2e-4, 5e-4, 1e-4], [0.0, 1e-4, -1e-3]];
         let mut run = UpdateRun {
             material: self.0,
             old: [self.0.initial_state(); PACKS],
-            motion: StepKinematics {
-                velocity_gradient: Tensor::from_rows(rows.map(|row| row.map(R::splat))),
+            step: StepKinematics {
+                displacement_gradient: Tensor::from_rows(rows.map(|row| row.map(R::splat))),
                 deformation_gradient: Tensor::identity(),
-                rotation_half: Tensor::identity(),
-                rotation_new: Tensor::identity(),
+                rotation_old: Rotation::identity(),
+                rotation_new: Rotation::identity(),
             },
-            time_step: 2e-8,
         };
         for _ in 0..STEPS_BEFORE {
             run.old = R::vectorize(&run);
             // F ← F + Δt L F
-            let gradient = run.motion.deformation_gradient;
-            let rate = run.motion.velocity_gradient.dot(&gradient);
-            run.motion.deformation_gradient = gradient + rate * R::splat(run.time_step);
+            let gradient = run.step.deformation_gradient;
+            run.step.deformation_gradient = gradient + run.step.displacement_gradient.dot(&gradient);
         }
         let begun = Instant::now();
         for _ in 0..ROUNDS {
@@ -115,9 +112,8 @@ impl<M: Material, R: Real> Kernel for &UpdateRun<'_, M, R> {
     fn run(self) -> [M::State<R>; PACKS] {
         let mut states = self.old;
         for state in &mut states {
-            let update = self.material.update(state, &self.motion, self.time_step);
-            black_box(update.stress);
-            *state = update.state;
+            *state = self.material.update(state, &M::Motion::new(&self.step)).state;
+            black_box(self.material.cauchy_stress(state, self.step.rotation_new));
         }
         states
     }

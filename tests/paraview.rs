@@ -57,7 +57,7 @@ fn vtk_reads_the_frames_of_a_taylor_impact_as_they_were_written() {
     }
     let (first, last) = (&frames[0], &frames[4]);
     assert_eq!(number(&first["time"]), 0.0);
-    assert_eq!(number(&first["lowest_velocity"]), -227.0);
+    assert!((number(&first["lowest_velocity"]) + 227.0).abs() < 1e-12 * 227.0);
     assert_eq!(number(&first["largest_plastic_strain"]), 0.0);
     assert_eq!(last["time"], summary["time"]);
     assert_eq!(number(&last["length"]), number(&summary["probes"]["length"]));

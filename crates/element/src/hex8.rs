@@ -19,9 +19,10 @@
 //! F-bar: F̄ = (J₀/J)^⅓ F with J₀ = det F at the centre; in rate form the volumetric part of D is that of the centre.
 
 use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
-use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metric, stable_time_step};
-use estar_material::{Material, PointMotion};
-use estar_tensor::{Real, Rotation, Tensor, Vector3, array};
+use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metrics, stable_time_step};
+use arrayvec::ArrayVec;
+use estar_material::{Material, Motion, PointGradients, StepKinematics};
+use estar_tensor::{Real, Rotation, Tensor, Vector3, array, prefetch};
 
 /// Corners of an element.
 pub const CORNERS: usize = 8;
@@ -183,11 +184,6 @@ impl<R: Real> ParentGradients<R> {
         }
     }
 
-    #[inline(always)]
-    fn zero() -> Self {
-        Self { along: [[Vector3::zero(); 4]; 3] }
-    }
-
     /// ∂x/∂ξ at a point, the derivatives being the columns.
     #[inline(always)]
     fn at(&self, point: usize) -> Tensor<R> {
@@ -195,13 +191,21 @@ impl<R: Real> ParentGradients<R> {
         Tensor { columns: [self.along[0][xi], self.along[1][eta], self.along[2][zeta]] }
     }
 
-    /// Adds a flux, whose columns belong to ∂/∂ξ, ∂/∂η, ∂/∂ζ, at a point.
+    /// The transpose of [`ParentGradients::at`]: sums of the fluxes of the points, whose columns belong to ∂/∂ξ, ∂/∂η,
+    /// ∂/∂ζ.
     #[inline(always)]
-    fn add(&mut self, point: usize, flux: &Tensor<R>) {
-        for (direction, entry) in entries(point).into_iter().enumerate() {
-            let sum = &mut self.along[direction][entry];
-            *sum = *sum + flux.columns[direction];
+    fn sums(fluxes: &[Tensor<R>]) -> Self {
+        let mut along = [[Vector3::zero(); 4]; 3];
+        for (direction, sums) in along.iter_mut().enumerate() {
+            let bit = 1 << direction;
+            for point in 0..POINTS {
+                if point & bit == 0 {
+                    let column = |point: usize| fluxes[point].columns[direction];
+                    sums[entries(point)[direction]] = column(point) + column(point | bit);
+                }
+            }
         }
+        Self { along }
     }
 
     /// The transpose of [`ParentGradients::new`]: eight times what the modes do work on.
@@ -262,11 +266,13 @@ impl<R: Real> Centre<R> {
 }
 
 /// One step of an element: stress and history of its points at t_{n+1}, the internal force there, energies and the
-/// stable time step on the new geometry. `corner_mass` is the smallest lumped mass of a corner, kg.
+/// stable time step on the new geometry. `corner_mass` is the smallest lumped mass of a corner, kg; `upcoming` is the
+/// history of whom it is the turn next, brought near meanwhile.
 #[inline(always)]
 pub fn advance<R: Real, M: Material>(
     material: &M,
     history: &mut HexHistory<M::State<R>, R>,
+    upcoming: Option<&HexHistory<M::State<R>, R>>,
     motion: &HexMotion<R>,
     corner_mass: R,
     step: &HexStep,
@@ -290,57 +296,91 @@ pub fn advance<R: Real, M: Material>(
     });
     let viscous_pressure = viscous.map_or(zero, |response| response.pressure);
 
-    let mut flux = ParentGradients::zero();
-    let mut divergence = ParentGradients::zero();
-    let (mut internal_energy, mut plastic_dissipation, mut volume_rate) = (zero, zero, zero);
-    let mut volume = zero;
-    let mut metric = Metric { largest: zero, trace: zero };
+    let gradients = |point: usize| PointGradients {
+        reference: reference.at(point),
+        position: position.at(point),
+        velocity: velocity.at(point),
+    };
+    // Each stage takes all points before the next: many short chains of operations side by side keep the processor busier
+    // than one long chain a point.
+    // (i) F and R of the polar decomposition
+    let mut deformation_gradients = ArrayVec::<Tensor<R>, POINTS>::new();
     let mut min_jacobian = centre.jacobian;
     for point in 0..POINTS {
-        // F = (∂x/∂ξ)(∂X/∂ξ)⁻¹, Ḟ = (∂v/∂ξ)(∂X/∂ξ)⁻¹
-        let reference_gradient = reference.at(point);
-        let reference_cofactor = reference_gradient.cofactor();
-        let reference_jacobian = reference_gradient.columns[0].dot(reference_cofactor.columns[0]);
-        let to_parent = reference_cofactor.transpose() * reference_jacobian.recip();
-        let position_gradient = position.at(point);
-        let deformation_gradient = position_gradient.dot(&to_parent);
-        let rate = velocity.at(point).dot(&to_parent);
-        let mut moved =
-            PointMotion::new(deformation_gradient, &rate, step.time_step, history.rotations[point], M::NEEDS_ROTATION);
-        history.rotations[point] = moved.rotation;
-        let point_volume_half = moved.jacobian_half * reference_jacobian;
-        let trace = moved.kinematics.velocity_gradient.trace();
-        volume_rate = trace.mul_add(point_volume_half, volume_rate);
-
-        if f_bar {
-            // L̄ = L + ⅓ (tr L₀ − tr L) I, F̄ = (J₀/J)^⅓ F
-            let kinematics = &mut moved.kinematics;
-            let correction = (centre.volumetric_rate - trace) * (1.0 / 3.0);
-            kinematics.velocity_gradient = kinematics.velocity_gradient.plus_spherical(correction);
-            let scale = (centre.jacobian / moved.jacobian_new).cbrt();
-            kinematics.deformation_gradient = kinematics.deformation_gradient * scale;
+        let deformation_gradient = gradients(point).deformation_gradient();
+        min_jacobian = min_jacobian.min(deformation_gradient.determinant());
+        deformation_gradients.push(deformation_gradient);
+    }
+    let mut rotations = ArrayVec::<Rotation<R>, POINTS>::new();
+    for (point, deformation_gradient) in deformation_gradients.iter().enumerate() {
+        if let Some(upcoming) = upcoming {
+            prefetch(&upcoming.states[point]);
         }
-        let update = material.update(&history.states[point], &moved.kinematics, step.time_step);
-        history.states[point] = update.state;
-
-        // ∫ T : D dV over the step, on the mid-step volume
-        internal_energy = update.internal_energy.mul_add(point_volume_half, internal_energy);
-        plastic_dissipation = update.plastic_dissipation.mul_add(point_volume_half, plastic_dissipation);
-        min_jacobian = min_jacobian.min(moved.jacobian_new);
-
-        // f_a = Σ_q T cof(∂x/∂ξ) ∂N_a/∂ξ
-        let cofactor = position_gradient.cofactor();
-        let jacobian = position_gradient.columns[0].dot(cofactor.columns[0]);
-        let stress = update.stress.plus_spherical(-viscous_pressure).to_tensor();
-        flux.add(point, &stress.dot(&cofactor));
-        divergence.add(point, &cofactor);
-        volume += jacobian;
-        metric = metric.max(Metric::new(&cofactor, jacobian));
+        let rotation_old = &history.rotations[point];
+        rotations.push(if M::Motion::<R>::NEEDS_ROTATION {
+            Rotation::nearest(deformation_gradient, *rotation_old)
+        } else {
+            *rotation_old
+        });
     }
 
-    let mean_divergence = divergence.transposed();
+    // (ii) the motion that the material sees
+    let mut motions = ArrayVec::<M::Motion<R>, POINTS>::new();
+    let mut volumes_half = ArrayVec::<R, POINTS>::new();
+    let mut volume_change = zero;
+    for (point, &deformation_gradient) in deformation_gradients.iter().enumerate() {
+        if let Some(upcoming) = upcoming {
+            prefetch(&upcoming.rotations[point]);
+        }
+        let (displacement_gradient, volume_half) = gradients(point).displacement_gradient(step.time_step);
+        let mut kinematics = StepKinematics {
+            displacement_gradient,
+            deformation_gradient,
+            rotation_old: history.rotations[point],
+            rotation_new: rotations[point],
+        };
+        history.rotations[point] = rotations[point];
+        let trace = displacement_gradient.trace();
+        volume_change = trace.mul_add(volume_half, volume_change);
+        if f_bar {
+            // L̄ = L + ⅓ (tr L₀ − tr L) I, F̄ = (J₀/J)^⅓ F
+            let correction = (centre.volumetric_rate * step.time_step - trace) * (1.0 / 3.0);
+            kinematics.displacement_gradient = displacement_gradient.plus_spherical(correction);
+            let scale = (centre.jacobian / deformation_gradient.determinant()).cbrt();
+            kinematics.deformation_gradient = deformation_gradient * scale;
+        }
+        motions.push(M::Motion::new(&kinematics));
+        volumes_half.push(volume_half);
+    }
+
+    // (iii) history, and ∫ T : D dV over the step on the mid-step volume
+    let (mut internal_energy, mut plastic_dissipation) = (zero, zero);
+    for ((state, motion), &volume_half) in history.states.iter_mut().zip(&motions).zip(&volumes_half) {
+        let update = material.update(state, motion);
+        *state = update.state;
+        internal_energy = update.internal_energy.mul_add(volume_half, internal_energy);
+        plastic_dissipation = update.plastic_dissipation.mul_add(volume_half, plastic_dissipation);
+    }
+
+    // (iv) forces f_a = Σ_q T cof(∂x/∂ξ) ∂N_a/∂ξ
+    let mut cofactors = ArrayVec::<Tensor<R>, POINTS>::new();
+    let mut fluxes = ArrayVec::<Tensor<R>, POINTS>::new();
+    let mut volume = zero;
+    let mut metrics = Metrics::none();
+    for (point, state) in history.states.iter().enumerate() {
+        let position_gradient = position.at(point);
+        let cofactor = position_gradient.cofactor();
+        let jacobian = position_gradient.columns[0].dot(cofactor.columns[0]);
+        volume += jacobian;
+        metrics = metrics.with(&position_gradient, &cofactor, jacobian);
+        let stress = material.cauchy_stress(state, history.rotations[point]);
+        fluxes.push(stress.plus_spherical(-viscous_pressure).to_tensor().dot(&cofactor));
+        cofactors.push(cofactor);
+    }
+
+    let mean_divergence = ParentGradients::sums(&cofactors).transposed();
     let geometry = ElementGeometry {
-        metric,
+        metric: metrics.greatest(),
         volume,
         mean_divergence_squared: corner_norm_squared(&mean_divergence),
         divergence_difference_squared: {
@@ -362,11 +402,11 @@ pub fn advance<R: Real, M: Material>(
     history.stable_time_step = undamped;
     // −∫∫ q dV̇ dt, the mean pressure of the step on the volume change of all points, as the forces have it
     let mean_pressure = (history.viscous_pressure + viscous_pressure) * 0.5;
-    let viscous_energy = -(mean_pressure * volume_rate * step.time_step);
+    let viscous_energy = -(mean_pressure * volume_change);
     history.viscous_pressure = viscous_pressure;
     HexUpdate {
         internal_force: {
-            let eightfold = corner_values(&flux.transposed());
+            let eightfold = corner_values(&ParentGradients::sums(&fluxes).transposed());
             array(|corner| eightfold[corner] * R::splat(1.0 / 8.0))
         },
         internal_energy,

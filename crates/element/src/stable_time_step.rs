@@ -22,7 +22,7 @@
 //! distorted hexes they have imaginary parts of some 10⁻³ of the norm, and such vibrations of an elastic body grow at any
 //! step. The energy ledger shows it (figures in the verification manual).
 
-use estar_tensor::{Real, Tensor, Vector3};
+use estar_tensor::{Real, Tensor};
 
 /// What the bound needs of the current geometry of an element, gathered over its points.
 #[derive(Clone, Copy, Debug)]
@@ -37,43 +37,62 @@ pub struct ElementGeometry<R> {
     pub divergence_difference_squared: R,
 }
 
-/// Size of the metric G = j J⁻¹J⁻ᵀ of a point, or the greatest sizes of several.
+/// Greatest sizes of the metrics G = j J⁻¹J⁻ᵀ of several points.
 #[derive(Clone, Copy, Debug)]
 pub struct Metric<R> {
-    /// λ_max(G), m.
+    /// Upper bound of λ_max(G), m.
     pub largest: R,
     /// tr G, m.
     pub trace: R,
 }
 
-impl<R: Real> Metric<R> {
-    /// The greater sizes of both.
+/// What is gathered of the metrics of several points. The invariants of G are t = tr G = |C|²/j with the cofactor
+/// C = j J⁻ᵀ, ½ (t² − G : G) = |J|² and det G = j; size and shape of G are t and the pair α = |J|²/t², β = j/t³, for
+/// which λ_max(G) = t λ(α, β) with λ the largest root of λ³ − λ² + α λ − β = 0. That grows with β and falls with α.
+#[derive(Clone, Copy, Debug)]
+pub struct Metrics<R> {
+    trace: R,
+    alpha: R,
+    beta: R,
+}
+
+impl<R: Real> Metrics<R> {
+    /// Of no point yet.
     #[inline(always)]
-    pub fn max(self, other: Self) -> Self {
-        Self { largest: self.largest.max(other.largest), trace: self.trace.max(other.trace) }
+    pub fn none() -> Self {
+        Self { trace: R::splat(0.0), alpha: R::splat(f64::INFINITY), beta: R::splat(0.0) }
     }
 
-    /// The metric of a point from the cofactor C = j J⁻ᵀ, G = CᵀC/j. `largest` is an upper bound of λ_max, exact where
-    /// two principal values are equal, and never more than 1 % above.
+    /// With one more point, from its J = ∂x/∂ξ, the cofactor and the determinant of that.
     #[inline(always)]
-    pub fn new(cofactor: &Tensor<R>, jacobian: R) -> Self {
-        let [a, b, c] = cofactor.columns;
-        let (xx, yy, zz) = (a.dot(a), b.dot(b), c.dot(c));
-        let (xy, yz, xz) = (a.dot(b), b.dot(c), a.dot(c));
-        // λ = m + 2 p cos(⅓ arccos r) with m = ⅓ tr A, p² = ⅙ ‖dev A‖², r = ½ det(dev A)/p³
-        let trace = xx + yy + zz;
-        let mean = trace * (1.0 / 3.0);
-        let (dx, dy, dz) = (xx - mean, yy - mean, zz - mean);
-        let off_diagonal = xy.mul_add(xy, yz.mul_add(yz, xz * xz));
-        let p_squared = (dx.mul_add(dx, dy.mul_add(dy, dz * dz)) + (off_diagonal + off_diagonal)) * (1.0 / 6.0);
+    pub fn with(self, gradient: &Tensor<R>, cofactor: &Tensor<R>, determinant: R) -> Self {
+        let cofactor_squared = cofactor.norm_squared();
+        let per_both = (cofactor_squared * determinant).recip();
+        let trace = cofactor_squared * cofactor_squared * per_both;
+        let per_trace = determinant * determinant * per_both;
+        let per_trace_squared = per_trace * per_trace;
+        Self {
+            trace: self.trace.max(trace),
+            alpha: self.alpha.min(gradient.norm_squared() * per_trace_squared),
+            beta: self.beta.max(determinant * per_trace * per_trace_squared),
+        }
+    }
+
+    /// The greatest trace, and an upper bound of λ_max from the greatest trace, the smallest α and the greatest β: exact
+    /// for a parallelepiped two of whose principal values of G are equal, and for any other never more than 1 % above.
+    #[inline(always)]
+    pub fn greatest(self) -> Metric<R> {
+        // λ = ⅓ + 2 p cos(⅓ arccos r), p² = (1 − 3 α)/9, r = (2 − 9 α + 27 β)/(54 p³), both rounded up
+        let p_squared = ((self.alpha * -3.0 + 1.0) * (1.0 / 9.0)).max(R::splat(0.0)) + ROUNDING;
         let p = p_squared.sqrt();
-        let deviator = Tensor { columns: [Vector3([dx, xy, xz]), Vector3([xy, dy, yz]), Vector3([xz, yz, dz])] };
-        let p_cubed = (p_squared * p).max(R::splat(f64::MIN_POSITIVE));
-        let r = (deviator.determinant() * 0.5 / p_cubed).max(R::splat(-1.0)).min(R::splat(1.0));
-        let per_volume = jacobian.recip();
-        Self { largest: (mean + (p + p) * largest_root(r)) * per_volume, trace: trace * per_volume }
+        let numerator = self.beta.mul_add(R::splat(27.0), self.alpha * -9.0 + (2.0 + ROUNDING));
+        let r = (numerator / (p_squared * p * 54.0)).max(R::splat(-1.0)).min(R::splat(1.0));
+        Metric { largest: self.trace * ((p + p) * largest_root(r) + 1.0 / 3.0), trace: self.trace }
     }
 }
+
+/// More than the rounding of α and β, which are below 1.
+const ROUNDING: f64 = 4e-15;
 
 /// Elastic constants as the bound needs them, Pa.
 #[derive(Clone, Copy, Debug)]

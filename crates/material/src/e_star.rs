@@ -13,13 +13,11 @@
 //!
 //! Parameters: elasticity, isotropic and kinematic hardening. History: T̃, ε̄ᵖ and, where the surface moves, α̃.
 
-use crate::elastic::{predicted_stress, rotated_strain_increment, stress_power};
+use crate::elastic::{predicted_stress, stress_power};
 use crate::material::point_state;
 use crate::return_mapping::{Equivalent, plastic_increment};
-use crate::{
-    IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, PointOutput, PointState, StepKinematics,
-};
-use estar_tensor::{Mask, Real, SymmetricTensor, Tensor};
+use crate::{FlowStress, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, PointState, RotatedMotion};
+use estar_tensor::{Mask, Real, Rotation, SymmetricTensor};
 
 /// The E* theory in box-rate form; `K` is `()` or [`KinematicHardening`](crate::KinematicHardening).
 #[derive(Clone, Debug)]
@@ -65,8 +63,12 @@ pub struct Trial<R: Real> {
     pub deviator: SymmetricTensor<R>,
     /// √(3/2) ‖dev T̃_trial − α̃_n‖, Pa.
     pub equivalent_stress: R,
+    /// 1 over this.
+    pub per_equivalent_stress: R,
     /// ε̄ᵖ_n.
     pub plastic_strain: R,
+    /// σ_y(ε̄ᵖ_n).
+    pub flow_stress: FlowStress<R>,
     /// α̃_n, Pa.
     pub back_stress: SymmetricTensor<R>,
 }
@@ -99,21 +101,22 @@ impl KinematicRule for () {
     #[inline(always)]
     fn return_mapping<R: Real>(&self, trial: &Trial<R>, material: &EStar<()>) -> Return<R> {
         let three_mu = 3.0 * material.elasticity.shear_modulus();
-        let equivalent = |p: R| Equivalent {
-            stress: p.mul_add(R::splat(-three_mu), trial.equivalent_stress),
-            slope: R::splat(-three_mu),
+        let p = if let Some(slope) = material.hardening.constant_slope() {
+            let excess = trial.equivalent_stress - trial.flow_stress.stress;
+            R::select(trial.yields, excess * (three_mu + slope).recip(), R::splat(0.0))
+        } else {
+            let equivalent = |p: R| Equivalent {
+                stress: p.mul_add(R::splat(-three_mu), trial.equivalent_stress),
+                slope: R::splat(-three_mu),
+            };
+            let flow = |p: R| material.hardening.flow_stress(trial.plastic_strain + p);
+            let upper_bound = trial.equivalent_stress * three_mu.recip();
+            plastic_increment(trial.yields, upper_bound, trial.flow_stress, equivalent, flow)
         };
-        let flow = |p: R| material.hardening.flow_stress(trial.plastic_strain + p);
-        let p = plastic_increment(trial.yields, trial.equivalent_stress * three_mu.recip(), equivalent, flow);
 
         // 2μ Δγ n = 3μ p dev T̃_trial / (√(3/2) ‖dev T̃_trial‖)
-        let safe_equivalent = R::select(trial.yields, trial.equivalent_stress, R::splat(1.0));
-        let correction = trial.deviator * (p * three_mu / safe_equivalent);
-        Return {
-            stress_correction: correction.or_zero(trial.yields),
-            plastic_increment: p,
-            back_stress: trial.back_stress,
-        }
+        let factor = R::select(trial.yields, p * three_mu * trial.per_equivalent_stress, R::splat(0.0));
+        Return { stress_correction: trial.deviator * factor, plastic_increment: p, back_stress: trial.back_stress }
     }
 }
 
@@ -127,7 +130,7 @@ impl<K: KinematicRule> EStar<K> {
 impl<K: KinematicRule> Material for EStar<K> {
     type State<R: Real> = K::State<R>;
 
-    const NEEDS_ROTATION: bool = true;
+    type Motion<R: Real> = RotatedMotion<R>;
 
     fn elasticity(&self) -> &IsotropicElasticity {
         &self.elasticity
@@ -138,22 +141,17 @@ impl<K: KinematicRule> Material for EStar<K> {
     }
 
     #[inline(always)]
-    fn update<R: Real>(
-        &self,
-        old: &K::State<R>,
-        motion: &StepKinematics<R>,
-        time_step: f64,
-    ) -> MaterialUpdate<R, K::State<R>> {
+    fn update<R: Real>(&self, old: &K::State<R>, motion: &RotatedMotion<R>) -> MaterialUpdate<R, K::State<R>> {
         let (stress_old, strain_old, back_stress_old) = K::parts(old);
-        let strain_increment = rotated_strain_increment(motion, time_step);
 
         // (i) elastic predictor: T̃_trial = T̃_n + Δt (2μ dev D̃ + k tr(D̃) I)
-        let trial = predicted_stress(&self.elasticity, &stress_old, &strain_increment);
+        let trial = predicted_stress(&self.elasticity, &stress_old, &motion.strain_increment);
 
         // (ii) admissibility: √(3/2) ‖dev T̃_trial − α̃_n‖ ≤ σ_y(ε̄ᵖ_n)
         let deviator = trial.deviator();
-        let equivalent_stress = von_mises(&(deviator - back_stress_old));
-        let yields = equivalent_stress.gt(self.hardening.flow_stress(strain_old).stress);
+        let equivalent_squared = von_mises_squared(&(deviator - back_stress_old));
+        let flow_stress = self.hardening.flow_stress(strain_old);
+        let yields = equivalent_squared.gt(flow_stress.stress * flow_stress.stress);
 
         // (iii) return mapping
         let at_rest = Return {
@@ -162,9 +160,18 @@ impl<K: KinematicRule> Material for EStar<K> {
             back_stress: back_stress_old,
         };
         let returned = if yields.any() {
-            let plastic_strain = strain_old;
-            let outside = Trial { yields, deviator, equivalent_stress, plastic_strain, back_stress: back_stress_old };
-            self.kinematic.return_mapping(&outside, self)
+            let equivalent_stress = equivalent_squared.sqrt();
+            let trial = Trial {
+                yields,
+                deviator,
+                equivalent_stress,
+                // the root and the reciprocal side by side
+                per_equivalent_stress: equivalent_stress * equivalent_squared.recip(),
+                plastic_strain: strain_old,
+                flow_stress,
+                back_stress: back_stress_old,
+            };
+            self.kinematic.return_mapping(&trial, self)
         } else {
             at_rest
         };
@@ -175,11 +182,9 @@ impl<K: KinematicRule> Material for EStar<K> {
         let driving_stress_old = stress_old - back_stress_old;
         let driving_stress_new = stress_new - returned.back_stress;
 
-        // T_{n+1} = R_{n+1} T̃_{n+1} R_{n+1}ᵀ
         MaterialUpdate {
-            stress: stress_new.pushed_by(&motion.rotation_new),
             state: K::state(stress_new, strain_new, returned.back_stress),
-            internal_energy: stress_power(&stress_old, &stress_new, &strain_increment),
+            internal_energy: stress_power(&stress_old, &stress_new, &motion.strain_increment),
             plastic_dissipation: stress_power(&driving_stress_old, &driving_stress_new, &flow).max(R::splat(0.0)),
         }
     }
@@ -189,15 +194,21 @@ impl<K: KinematicRule> Material for EStar<K> {
         K::parts(state).1
     }
 
+    /// T = R T̃ Rᵀ.
     #[inline(always)]
-    fn output<R: Real>(&self, state: &K::State<R>, rotation: &Tensor<R>) -> PointOutput<R> {
-        let (stress, strain, _) = K::parts(state);
-        PointOutput { cauchy_stress: stress.pushed_by(rotation), equivalent_plastic_strain: strain }
+    fn cauchy_stress<R: Real>(&self, state: &K::State<R>, rotation: Rotation<R>) -> SymmetricTensor<R> {
+        K::parts(state).0.pushed_by(&rotation.to_tensor())
     }
 }
 
 /// √(3/2) ‖A‖ of a deviator.
 #[inline(always)]
 pub(crate) fn von_mises<R: Real>(deviator: &SymmetricTensor<R>) -> R {
-    (deviator.norm_squared() * 1.5).sqrt()
+    von_mises_squared(deviator).sqrt()
+}
+
+/// (3/2) ‖A‖² of a deviator.
+#[inline(always)]
+pub(crate) fn von_mises_squared<R: Real>(deviator: &SymmetricTensor<R>) -> R {
+    deviator.norm_squared() * 1.5
 }

@@ -20,8 +20,8 @@ use crate::e_star::von_mises;
 use crate::elastic::stress_power;
 use crate::material::point_state;
 use crate::return_mapping::{Equivalent, plastic_increment};
-use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, PointOutput, StepKinematics};
-use estar_tensor::{Mask, Real, SymmetricTensor, Tensor, array};
+use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, SpatialMotion};
+use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, array};
 
 /// The E* theory in total form.
 #[derive(Clone, Debug)]
@@ -119,7 +119,7 @@ impl EStarTotal {
         };
         let flow = |p: R| self.hardening.flow_stress(plastic_strain + p);
         let upper_bound = norm / (norm.mul_add(R::splat(SQRT_2_THIRDS), mean) * SQRT_6);
-        let p = plastic_increment(outside, upper_bound, equivalent, flow);
+        let p = plastic_increment(outside, upper_bound, flow(R::splat(0.0)), equivalent, flow);
 
         let Combination([identity, linear, quadratic]) = returned(p);
         Stage {
@@ -157,7 +157,7 @@ const MOST_STAGES: usize = 64;
 impl Material for EStarTotal {
     type State<R: Real> = EStarTotalState<R>;
 
-    const NEEDS_ROTATION: bool = false;
+    type Motion<R: Real> = SpatialMotion<R>;
 
     fn elasticity(&self) -> &IsotropicElasticity {
         &self.elasticity
@@ -175,11 +175,9 @@ impl Material for EStarTotal {
     fn update<R: Real>(
         &self,
         old: &EStarTotalState<R>,
-        motion: &StepKinematics<R>,
-        time_step: f64,
+        motion: &SpatialMotion<R>,
     ) -> MaterialUpdate<R, EStarTotalState<R>> {
         let strain_old = old.equivalent_plastic_strain;
-        let strain_increment = motion.velocity_gradient.symmetric_part() * R::splat(time_step);
 
         // (i) elastic predictor: b_trial = F C_p⁻¹ Fᵀ with the plastic metric of t_n
         let gradient = &motion.deformation_gradient;
@@ -202,9 +200,8 @@ impl Material for EStarTotal {
             dissipation = stress_power(&old.stress, &state.stress, &returned.flow).max(zero);
         }
         MaterialUpdate {
-            stress: state.stress,
             state,
-            internal_energy: stress_power(&old.stress, &state.stress, &strain_increment),
+            internal_energy: stress_power(&old.stress, &state.stress, &motion.strain_increment),
             plastic_dissipation: dissipation,
         }
     }
@@ -215,8 +212,8 @@ impl Material for EStarTotal {
     }
 
     #[inline(always)]
-    fn output<R: Real>(&self, state: &EStarTotalState<R>, _rotation: &Tensor<R>) -> PointOutput<R> {
-        PointOutput { cauchy_stress: state.stress, equivalent_plastic_strain: state.equivalent_plastic_strain }
+    fn cauchy_stress<R: Real>(&self, state: &EStarTotalState<R>, _: Rotation<R>) -> SymmetricTensor<R> {
+        state.stress
     }
 }
 

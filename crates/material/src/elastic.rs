@@ -6,8 +6,8 @@
 //! Parameters: density and two elastic constants. History: T̃.
 
 use crate::material::point_state;
-use crate::{IsotropicElasticity, Material, MaterialUpdate, PointOutput, StepKinematics};
-use estar_tensor::{Real, SymmetricTensor, Tensor};
+use crate::{IsotropicElasticity, Material, MaterialUpdate, RotatedMotion};
+use estar_tensor::{Real, Rotation, SymmetricTensor};
 
 /// Isotropic elasticity in rate form.
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ impl Elastic {
 impl Material for Elastic {
     type State<R: Real> = ElasticState<R>;
 
-    const NEEDS_ROTATION: bool = true;
+    type Motion<R: Real> = RotatedMotion<R>;
 
     fn elasticity(&self) -> &IsotropicElasticity {
         &self.elasticity
@@ -45,19 +45,11 @@ impl Material for Elastic {
     }
 
     #[inline(always)]
-    fn update<R: Real>(
-        &self,
-        old: &ElasticState<R>,
-        motion: &StepKinematics<R>,
-        time_step: f64,
-    ) -> MaterialUpdate<R, ElasticState<R>> {
-        let strain_increment = rotated_strain_increment(motion, time_step);
-        let rotated_stress = predicted_stress(&self.elasticity, &old.rotated_stress, &strain_increment);
+    fn update<R: Real>(&self, old: &ElasticState<R>, motion: &RotatedMotion<R>) -> MaterialUpdate<R, ElasticState<R>> {
+        let rotated_stress = predicted_stress(&self.elasticity, &old.rotated_stress, &motion.strain_increment);
         MaterialUpdate {
-            // T_{n+1} = R_{n+1} T̃_{n+1} R_{n+1}ᵀ
-            stress: rotated_stress.pushed_by(&motion.rotation_new),
             state: ElasticState { rotated_stress },
-            internal_energy: stress_power(&old.rotated_stress, &rotated_stress, &strain_increment),
+            internal_energy: stress_power(&old.rotated_stress, &rotated_stress, &motion.strain_increment),
             plastic_dissipation: R::splat(0.0),
         }
     }
@@ -67,20 +59,11 @@ impl Material for Elastic {
         R::splat(0.0)
     }
 
+    /// T = R T̃ Rᵀ.
     #[inline(always)]
-    fn output<R: Real>(&self, state: &ElasticState<R>, rotation: &Tensor<R>) -> PointOutput<R> {
-        PointOutput {
-            cauchy_stress: state.rotated_stress.pushed_by(rotation),
-            equivalent_plastic_strain: R::splat(0.0),
-        }
+    fn cauchy_stress<R: Real>(&self, state: &ElasticState<R>, rotation: Rotation<R>) -> SymmetricTensor<R> {
+        state.rotated_stress.pushed_by(&rotation.to_tensor())
     }
-}
-
-/// Δt D̃ = Δt R_{n+½}ᵀ D R_{n+½}.
-#[inline(always)]
-pub(crate) fn rotated_strain_increment<R: Real>(motion: &StepKinematics<R>, time_step: f64) -> SymmetricTensor<R> {
-    let rate_of_deformation = motion.velocity_gradient.symmetric_part();
-    rate_of_deformation.pulled_by(&motion.rotation_half) * R::splat(time_step)
 }
 
 /// T̃_n + 2μ dev(Δt D̃) + k tr(Δt D̃) I = T̃_n + 2μ Δt D̃ + λ tr(Δt D̃) I.

@@ -147,6 +147,15 @@ impl IsotropicHardening {
         Ok(Self(Law::Tabulated(points.iter().enumerate().map(segment).collect())))
     }
 
+    /// The slope dσ_y/dε̄ᵖ, Pa, of a law that has the same at every strain.
+    #[inline]
+    pub fn constant_slope(&self) -> Option<f64> {
+        match self.0 {
+            Law::Linear { modulus, .. } => Some(modulus),
+            Law::Saturation { .. } | Law::Power { .. } | Law::Tabulated(_) => None,
+        }
+    }
+
     /// Flow stress and slope at `plastic_strain` ≥ 0.
     #[inline(always)]
     pub fn flow_stress<R: Real>(&self, plastic_strain: R) -> FlowStress<R> {

@@ -1,61 +1,95 @@
 //! What a material is told of the motion over one step.
 
-use estar_tensor::{Real, Rotation, Tensor, array};
+use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor};
 
-/// Motion of one quadrature point from t_n to t_{n+1}, with what the element does to it (F-bar) already applied.
+/// Where the neighbourhood of a point is and how it moves: derivatives by any coordinates ξ that move with the material.
+#[derive(Clone, Copy, Debug)]
+pub struct PointGradients<R> {
+    /// ∂X/∂ξ.
+    pub reference: Tensor<R>,
+    /// ∂x/∂ξ at t_{n+1}.
+    pub position: Tensor<R>,
+    /// ∂v/∂ξ, constant over the step.
+    pub velocity: Tensor<R>,
+}
+
+/// Motion of one point from t_n to t_{n+1}. An element may change it (F-bar) before a material sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct StepKinematics<R> {
-    /// Velocity gradient L = ∂v/∂x at mid-step, 1/s.
-    pub velocity_gradient: Tensor<R>,
-    /// Deformation gradient F_{n+1}.
+    /// Δt L, the displacement gradient of the step: L = ∂v/∂x at mid-step.
+    pub displacement_gradient: Tensor<R>,
+    /// F_{n+1}.
     pub deformation_gradient: Tensor<R>,
-    /// Rotation R_{n+½}, half way from R_n to R_{n+1}.
-    pub rotation_half: Tensor<R>,
+    /// Rotation R_n.
+    pub rotation_old: Rotation<R>,
     /// Rotation R_{n+1} of the polar decomposition of F_{n+1}.
-    pub rotation_new: Tensor<R>,
+    pub rotation_new: Rotation<R>,
 }
 
-/// The motion of a step together with what the element needs of it.
-#[derive(Clone, Copy, Debug)]
-pub struct PointMotion<R> {
-    /// What the material sees.
-    pub kinematics: StepKinematics<R>,
-    /// R_{n+1} as a quaternion, the guess of the next step.
-    pub rotation: Rotation<R>,
-    /// det F_{n+½}.
-    pub jacobian_half: R,
-    /// det F_{n+1}.
-    pub jacobian_new: R,
-}
-
-impl<R: Real> PointMotion<R> {
-    /// The motion that ends at `deformation_gradient` = F_{n+1} after the constant rate `rate` = Ḟ over `time_step`.
-    ///
-    /// `rotation_old` is R_n, the first guess of the polar decomposition of F_{n+1}. Where `needs_rotation` is false that
-    /// is left out: the rotations of the result are the identity.
+impl<R: Real> PointGradients<R> {
+    /// F_{n+1} = (∂x/∂ξ)(∂X/∂ξ)⁻¹.
     #[inline(always)]
-    pub fn new(
-        deformation_gradient: Tensor<R>,
-        rate: &Tensor<R>,
-        time_step: f64,
-        rotation_old: Rotation<R>,
-        needs_rotation: bool,
-    ) -> Self {
-        // F_{n+½} = F_{n+1} − ½ Δt Ḟ
+    pub fn deformation_gradient(&self) -> Tensor<R> {
+        self.position.dot(&self.reference.inverse())
+    }
+
+    /// Δt L = Δt (∂v/∂ξ)(∂x/∂ξ)⁻¹ at the middle of a step of length `time_step` (s), and det(∂x/∂ξ) there.
+    #[inline(always)]
+    pub fn displacement_gradient(&self, time_step: f64) -> (Tensor<R>, R) {
+        // (∂x/∂ξ)_{n+½} = (∂x/∂ξ)_{n+1} − ½ Δt ∂v/∂ξ
         let half_step = R::splat(-0.5 * time_step);
-        let gradient_half =
-            Tensor { columns: array(|j| rate.columns[j].mul_add(half_step, deformation_gradient.columns[j])) };
-        let cofactor_half = gradient_half.cofactor();
-        let jacobian_half = gradient_half.columns[0].dot(cofactor_half.columns[0]);
-        // L = Ḟ F_{n+½}⁻¹
-        let velocity_gradient = rate.dot(&(cofactor_half.transpose() * jacobian_half.recip()));
-        let (rotation, rotation_half, rotation_new) = if needs_rotation {
-            let rotation = Rotation::nearest(&deformation_gradient, rotation_old);
-            (rotation, rotation_old.half_way_to(rotation).to_tensor(), rotation.to_tensor())
-        } else {
-            (rotation_old, Tensor::identity(), Tensor::identity())
-        };
-        let kinematics = StepKinematics { velocity_gradient, deformation_gradient, rotation_half, rotation_new };
-        Self { kinematics, rotation, jacobian_half, jacobian_new: deformation_gradient.determinant() }
+        let ([a, b, c], [x, y, z]) = (self.velocity.columns, self.position.columns);
+        let position_half =
+            Tensor { columns: [a.mul_add(half_step, x), b.mul_add(half_step, y), c.mul_add(half_step, z)] };
+        let cofactor = position_half.cofactor();
+        let volume = position_half.columns[0].dot(cofactor.columns[0]);
+        (self.velocity.dot(&cofactor.transpose()) * (volume.recip() * time_step), volume)
+    }
+}
+
+/// What theories of one kind are told of the motion.
+pub trait Motion<R: Real>: Copy {
+    /// Whether it depends on the rotations of the polar decomposition; they are not computed where none does.
+    const NEEDS_ROTATION: bool;
+
+    /// The motion of a step.
+    fn new(step: &StepKinematics<R>) -> Self;
+}
+
+/// For theories in the frame that turns with the material, as R does.
+#[derive(Clone, Copy, Debug)]
+pub struct RotatedMotion<R> {
+    /// Δt D̃ = Δt R_{n+½}ᵀ D R_{n+½}, the rotation half way from R_n to R_{n+1}.
+    pub strain_increment: SymmetricTensor<R>,
+}
+
+impl<R: Real> Motion<R> for RotatedMotion<R> {
+    const NEEDS_ROTATION: bool = true;
+
+    #[inline(always)]
+    fn new(step: &StepKinematics<R>) -> Self {
+        let rotation_half = step.rotation_old.half_way_to(step.rotation_new);
+        Self { strain_increment: step.displacement_gradient.symmetric_part().pulled_by(&rotation_half) }
+    }
+}
+
+/// For theories in space.
+#[derive(Clone, Copy, Debug)]
+pub struct SpatialMotion<R> {
+    /// Δt D.
+    pub strain_increment: SymmetricTensor<R>,
+    /// F_{n+1}.
+    pub deformation_gradient: Tensor<R>,
+}
+
+impl<R: Real> Motion<R> for SpatialMotion<R> {
+    const NEEDS_ROTATION: bool = false;
+
+    #[inline(always)]
+    fn new(step: &StepKinematics<R>) -> Self {
+        Self {
+            strain_increment: step.displacement_gradient.symmetric_part(),
+            deformation_gradient: step.deformation_gradient,
+        }
     }
 }

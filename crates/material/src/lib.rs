@@ -20,6 +20,6 @@ pub use e_star_total::{EStarTotal, EStarTotalState};
 pub use elastic::{Elastic, ElasticState};
 pub use elasticity::{ElasticConstant, IsotropicElasticity};
 pub use hardening::{FlowStress, IsotropicHardening, KinematicHardening};
-pub use kinematics::{PointMotion, StepKinematics};
-pub use material::{Material, MaterialModel, MaterialUpdate, PointOutput, PointState};
+pub use kinematics::{Motion, PointGradients, RotatedMotion, SpatialMotion, StepKinematics};
+pub use material::{Material, MaterialModel, MaterialUpdate, PointState};
 pub use parameter::ParameterError;

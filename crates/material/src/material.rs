@@ -1,15 +1,15 @@
 //! The seam between a theory and what drives it.
 
-use crate::{EStar, EStarTotal, Elastic, IsotropicElasticity, IsotropicHardening, KinematicHardening, StepKinematics};
-use estar_tensor::{Real, SymmetricTensor, Tensor};
+use crate::{EStar, EStarTotal, Elastic, IsotropicElasticity, IsotropicHardening, KinematicHardening, Motion};
+use estar_tensor::{Real, Rotation, SymmetricTensor};
 
 /// A constitutive theory with its parameters.
 pub trait Material: Clone + Send + Sync + 'static {
     /// History at one quadrature point.
     type State<R: Real>: PointState<R>;
 
-    /// Whether the theory reads the rotations of [`StepKinematics`]; they are not computed for one that does not.
-    const NEEDS_ROTATION: bool;
+    /// What the theory is told of the motion.
+    type Motion<R: Real>: Motion<R>;
 
     /// Density and elastic constants. No state of the material is stiffer, so they bound the stable time step.
     fn elasticity(&self) -> &IsotropicElasticity;
@@ -17,21 +17,16 @@ pub trait Material: Clone + Send + Sync + 'static {
     /// History of the undeformed, stress-free material.
     fn initial_state<R: Real>(&self) -> Self::State<R>;
 
-    /// Stress and history at t_{n+1} after the motion of one step of length `time_step` (s) from the history `old`.
+    /// History at t_{n+1} after the motion of one step from the history `old`.
     ///
     /// Same inputs, same outputs; `old` is never changed. Implementations are `#[inline(always)]`.
-    fn update<R: Real>(
-        &self,
-        old: &Self::State<R>,
-        motion: &StepKinematics<R>,
-        time_step: f64,
-    ) -> MaterialUpdate<R, Self::State<R>>;
+    fn update<R: Real>(&self, old: &Self::State<R>, motion: &Self::Motion<R>) -> MaterialUpdate<R, Self::State<R>>;
+
+    /// Cauchy stress T of a history, Pa, where R is the `rotation`. Implementations are `#[inline(always)]`.
+    fn cauchy_stress<R: Real>(&self, state: &Self::State<R>, rotation: Rotation<R>) -> SymmetricTensor<R>;
 
     /// ε̄ᵖ of a history. Implementations are `#[inline(always)]`.
     fn equivalent_plastic_strain<R: Real>(&self, state: &Self::State<R>) -> R;
-
-    /// What a user sees of a history whose rotation is `rotation`. Implementations are `#[inline(always)]`.
-    fn output<R: Real>(&self, state: &Self::State<R>, rotation: &Tensor<R>) -> PointOutput<R>;
 }
 
 /// The numbers of a history, in one fixed order: for hashes, for files, for copies from lane to lane.
@@ -68,8 +63,6 @@ pub(crate) use point_state;
 /// What an update gives back.
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialUpdate<R, State> {
-    /// Cauchy stress T at t_{n+1}, Pa.
-    pub stress: SymmetricTensor<R>,
     /// History at t_{n+1}.
     pub state: State,
     /// Stress power of the step ∫ T : D dt by the trapezoidal rule, J per m³ of the mid-step volume.
@@ -77,15 +70,6 @@ pub struct MaterialUpdate<R, State> {
     /// The part of it that plastic flow dissipates, ∫ (T − α) : D_p dt by the same rule, J/m³. With a centre α that rests
     /// the other part is the change of the elastic energy.
     pub plastic_dissipation: R,
-}
-
-/// What a user sees of a quadrature point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointOutput<R> {
-    /// Cauchy stress T, Pa.
-    pub cauchy_stress: SymmetricTensor<R>,
-    /// Equivalent plastic strain ε̄ᵖ.
-    pub equivalent_plastic_strain: R,
 }
 
 /// Every material that a deck can name: one variant a theory.

@@ -1,6 +1,6 @@
 //! The material-point driver: a material along a path of deformation gradients, without a mesh.
 
-use crate::{Material, MaterialUpdate, PointMotion, PointOutput};
+use crate::{Material, MaterialUpdate, Motion, PointGradients, StepKinematics};
 use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor};
 
 /// One material point with its history.
@@ -33,15 +33,24 @@ impl<'a, M: Material, R: Real> MaterialPoint<'a, M, R> {
     #[inline(always)]
     pub fn advance(&mut self, target: &Tensor<R>, time_step: f64) {
         let rate = (*target - self.deformation_gradient) * R::splat(time_step.recip());
-        let motion = PointMotion::new(*target, &rate, time_step, self.rotation, true);
-        let update = self.material.update(&self.state, &motion.kinematics, time_step);
-        let MaterialUpdate { stress, state, internal_energy, plastic_dissipation } = update;
+        // ξ = X
+        let gradients = PointGradients { reference: Tensor::identity(), position: *target, velocity: rate };
+        let rotation = Rotation::nearest(target, self.rotation);
+        let (displacement_gradient, volume_half) = gradients.displacement_gradient(time_step);
+        let motion = M::Motion::new(&StepKinematics {
+            displacement_gradient,
+            deformation_gradient: *target,
+            rotation_old: self.rotation,
+            rotation_new: rotation,
+        });
+        let update = self.material.update(&self.state, &motion);
+        let MaterialUpdate { state, internal_energy, plastic_dissipation } = update;
         // per reference volume: dV = J_{n+½} dV₀
-        self.internal_energy += internal_energy * motion.jacobian_half;
-        self.plastic_dissipation += plastic_dissipation * motion.jacobian_half;
-        self.stress = stress;
+        self.internal_energy += internal_energy * volume_half;
+        self.plastic_dissipation += plastic_dissipation * volume_half;
+        self.stress = self.material.cauchy_stress(&state, rotation);
         self.state = state;
-        self.rotation = motion.rotation;
+        self.rotation = rotation;
         self.deformation_gradient = *target;
     }
 
@@ -53,6 +62,11 @@ impl<'a, M: Material, R: Real> MaterialPoint<'a, M, R> {
     /// Rotated Cauchy stress RᵀTR, Pa.
     pub fn rotated_stress(&self) -> SymmetricTensor<R> {
         self.stress.pulled_by(&self.rotation.to_tensor())
+    }
+
+    /// ε̄ᵖ.
+    pub fn equivalent_plastic_strain(&self) -> R {
+        self.material.equivalent_plastic_strain(&self.state)
     }
 
     /// History.
@@ -73,13 +87,6 @@ impl<'a, M: Material, R: Real> MaterialPoint<'a, M, R> {
     /// Its dissipated part, J/m³ of reference volume.
     pub fn plastic_dissipation(&self) -> R {
         self.plastic_dissipation
-    }
-}
-
-impl<M: Material> MaterialPoint<'_, M> {
-    /// What a user sees of the point.
-    pub fn output(&self) -> PointOutput<f64> {
-        self.material.output(&self.state, &self.rotation.to_tensor())
     }
 }
 

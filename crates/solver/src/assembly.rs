@@ -1,49 +1,46 @@
-//! Ordered assembly: each element writes its corner forces to slots of its own, and each node sums its corners in one
-//! fixed order. No two threads write to one place, and the sum does not depend on who computed what.
+//! Ordered assembly: each patch of elements sums the forces on its nodes in rows of its own, and each node sums its rows
+//! in one fixed order. No two threads write to one place, and the sum does not depend on who computed what.
 
-/// Where a node finds the forces of its corners.
+/// Where a node finds the forces of the patches that touch it.
 #[derive(Clone, Debug)]
-pub(crate) struct CornerLists {
-    /// Start of each node's list in `slots`, and the end of the last.
+pub(crate) struct RowLists {
+    /// Start of each node's list in `rows`, and the end of the last.
     starts: Vec<u32>,
-    /// Position of the x component of a corner force; y and z follow at `stride`.
-    slots: Vec<u32>,
-    stride: usize,
+    rows: Vec<u32>,
 }
 
-impl CornerLists {
-    /// The lists of `node_count` nodes from `(node, slot)` of every corner, in the order of summation.
-    pub fn new(node_count: usize, corners: impl Iterator<Item = (u32, u32)> + Clone, stride: usize) -> Self {
+impl RowLists {
+    /// The lists of `node_count` nodes from the node and the position of every row, in the order of summation; `rows` is
+    /// gone through twice.
+    pub fn new<I: Iterator<Item = (u32, usize)>>(node_count: usize, rows: impl Fn() -> I) -> Self {
         let mut starts = vec![0; node_count + 1];
-        for (node, _) in corners.clone() {
+        for (node, _) in rows() {
             starts[node as usize + 1] += 1;
         }
         for node in 0..node_count {
             starts[node + 1] += starts[node];
         }
         let mut next = starts.clone();
-        let mut slots = vec![0; starts[node_count] as usize];
-        for (node, slot) in corners {
-            slots[next[node as usize] as usize] = slot;
+        let mut list = vec![0; starts[node_count] as usize];
+        for (node, row) in rows() {
+            list[next[node as usize] as usize] = row as u32;
             next[node as usize] += 1;
         }
-        Self { starts, slots, stride }
+        Self { starts, rows: list }
     }
 
-    /// Bytes that the sums of all nodes read: the lists and every corner force.
+    /// Bytes that the sums of all nodes read: the lists and every row.
     pub fn bytes_per_step(&self) -> usize {
-        let forces = self.slots.len() * 3 * size_of::<f64>();
-        size_of_val(&*self.starts) + size_of_val(&*self.slots) + forces
+        size_of_val(&*self.starts) + size_of_val(&*self.rows) + self.rows.len() * size_of::<[f64; 4]>()
     }
 
-    /// Sum of the corner forces of `node`, N.
+    /// Sum of the forces on `node`, N.
     #[inline]
-    pub fn sum(&self, corner_forces: &[f64], node: usize) -> [f64; 3] {
+    pub fn sum(&self, patch_forces: &[[f64; 4]], node: usize) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        for &slot in &self.slots[self.starts[node] as usize..self.starts[node + 1] as usize] {
-            for (component, sum) in sum.iter_mut().enumerate() {
-                *sum += corner_forces[slot as usize + component * self.stride];
-            }
+        for &row in &self.rows[self.starts[node] as usize..self.starts[node + 1] as usize] {
+            let [x, y, z, _] = patch_forces[row as usize];
+            sum = [sum[0] + x, sum[1] + y, sum[2] + z];
         }
         sum
     }

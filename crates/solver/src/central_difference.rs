@@ -50,7 +50,7 @@ impl Simulation {
         });
     }
 
-    /// Corner forces, energies of the step, smallest Jacobian and stable time step on the current displacement.
+    /// Forces of the elements, energies of the step, smallest Jacobian and stable time step on the current displacement.
     pub(crate) fn update_elements(&mut self, time_step: f64) {
         let nodes = &self.nodes;
         let motion = NodalMotion {
@@ -59,10 +59,10 @@ impl Simulation {
             velocity: &nodes.velocity,
         };
         self.elements = BlockReport::EMPTY;
-        let mut corner_forces = self.corner_forces.as_mut_slice();
+        let mut patch_forces = self.patch_forces.as_mut_slice();
         for block in &mut self.blocks {
-            let (own, rest) = corner_forces.split_at_mut(block.elements.force_count());
-            corner_forces = rest;
+            let (own, rest) = patch_forces.split_at_mut(block.elements.patches().row_count());
+            patch_forces = rest;
             let step =
                 HexStep { formulation: block.formulation, bulk_viscosity: self.settings.bulk_viscosity, time_step };
             self.elements = self.elements.followed_by(&block.elements.advance(motion, &step, own));
@@ -113,7 +113,7 @@ impl Simulation {
         // where t_n lies between the half steps
         let share_old = 0.5 * step_old / mean_step;
         let kick = Kick { mean_step, step_new, constraints: &self.constraints, walls: &self.walls };
-        let (corner_lists, corner_forces) = (&self.corner_lists, &self.corner_forces);
+        let (row_lists, patch_forces) = (&self.row_lists, &self.patch_forces);
         let (reference, displacement, mass) = (self.mesh.coordinates(), &nodes.displacement, &nodes.mass);
         let external_force = &self.external_force;
         let chunks = nodes
@@ -123,21 +123,26 @@ impl Simulation {
             .zip(nodes.reaction.par_chunks_mut(CHUNK))
             .zip(self.node_sums.par_iter_mut())
             .enumerate();
+        let per_mean_step = mean_step.recip();
         chunks.for_each(|(chunk, (((velocity, acceleration), reaction), sums))| {
             *sums = NodeSums::default();
             for local in 0..velocity.len() {
                 let node = chunk * CHUNK + local;
-                let mut force = corner_lists.sum(corner_forces, node);
+                let mut force = row_lists.sum(patch_forces, node);
                 if let Some(external) = external_force.get(node) {
                     force = std::array::from_fn(|i| force[i] + external[i]);
                 }
+                let velocity_old = velocity[local];
                 let place = Place { node, reference: &reference[node], displacement: &displacement[node] };
-                let moved = kick.velocity(&place, mass[node], force, velocity[local]);
-                sums.enter(mass[node], &velocity[local], &moved, share_old);
-                acceleration[local] = std::array::from_fn(|i| (moved.velocity[i] - velocity[local][i]) / mean_step);
-                if self.constraints.constrain(node) {
-                    reaction[local] = moved.constraint_impulse.map(|impulse| impulse / mean_step);
+                let moved = kick.moved(&place, mass[node], force, velocity_old);
+                sums.enter(mass[node], &velocity_old, &moved.velocity, share_old);
+                if let Some(impulses) = &moved.impulses {
+                    sums.enter_impulses(impulses, &velocity_old, &moved.velocity, share_old);
+                    if self.constraints.constrain(node) {
+                        reaction[local] = impulses.of_constraints.map(|impulse| impulse * per_mean_step);
+                    }
                 }
+                acceleration[local] = std::array::from_fn(|i| (moved.velocity[i] - velocity_old[i]) * per_mean_step);
                 velocity[local] = moved.velocity;
             }
         });
@@ -204,33 +209,40 @@ struct Place<'a> {
 struct Moved {
     /// v_{n+½}.
     velocity: [f64; 3],
-    /// Impulse of held and driven directions, N s.
-    constraint_impulse: [f64; 3],
-    /// Impulse of the walls, N s.
-    wall_impulse: [f64; 3],
+    /// None at a node that neither a constraint nor a wall holds.
+    impulses: Option<Impulses>,
+}
+
+/// Impulses on a node that is not free, N s.
+struct Impulses {
+    /// Of held and driven directions.
+    of_constraints: [f64; 3],
+    of_walls: [f64; 3],
 }
 
 impl Kick<'_> {
     #[inline]
-    fn velocity(&self, place: &Place<'_>, mass: f64, force: [f64; 3], velocity_old: [f64; 3]) -> Moved {
+    fn moved(&self, place: &Place<'_>, mass: f64, force: [f64; 3], velocity_old: [f64; 3]) -> Moved {
         // v_{n+½} = v_{n−½} + ½ (Δt_{n−½} + Δt_{n+½}) f_n / m
         let scale = self.mean_step / mass;
         let free: [f64; 3] = std::array::from_fn(|i| velocity_old[i] + scale * force[i]);
+        let is_held = self.constraints.constrain(place.node);
+        let position: [f64; 3] = std::array::from_fn(|i| place.reference[i] + place.displacement[i]);
+        if !is_held && !self.walls.iter().any(|wall| wall.stops(&free, &position, self.step_new)) {
+            return Moved { velocity: free, impulses: None };
+        }
         let constrained = |v| self.constraints.velocity(place.node, v, place.displacement, self.step_new);
         let mut velocity = constrained(free);
-        let mut wall_impulse = [0.0; 3];
-        if !self.walls.is_empty() {
-            let position: [f64; 3] = std::array::from_fn(|i| place.reference[i] + place.displacement[i]);
-            let free_directions = self.constraints.free_directions(place.node);
-            for wall in self.walls {
-                let stopped = wall.velocity(velocity, &position, self.step_new, free_directions);
-                wall_impulse = std::array::from_fn(|i| wall_impulse[i] + mass * (stopped[i] - velocity[i]));
-                velocity = constrained(stopped);
-            }
+        let mut of_walls = [0.0; 3];
+        let free_directions = self.constraints.free_directions(place.node);
+        for wall in self.walls {
+            let stopped = wall.velocity(velocity, &position, self.step_new, free_directions);
+            of_walls = std::array::from_fn(|i| of_walls[i] + mass * (stopped[i] - velocity[i]));
+            velocity = constrained(stopped);
         }
         // what the walls did not do the constraints did
-        let constraint_impulse = std::array::from_fn(|i| mass * (velocity[i] - free[i]) - wall_impulse[i]);
-        Moved { velocity, constraint_impulse, wall_impulse }
+        let of_constraints = std::array::from_fn(|i| mass * (velocity[i] - free[i]) - of_walls[i]);
+        Moved { velocity, impulses: Some(Impulses { of_constraints, of_walls }) }
     }
 }
 
@@ -252,24 +264,34 @@ impl NodeSums {
         node_count.div_ceil(CHUNK)
     }
 
+    /// A node whose velocity only forces change.
     #[inline]
-    fn enter(&mut self, mass: f64, old: &[f64; 3], moved: &Moved, share_old: f64) {
-        let new = &moved.velocity;
-        let impulse: [f64; 3] = std::array::from_fn(|i| moved.constraint_impulse[i] + moved.wall_impulse[i]);
+    fn enter(&mut self, mass: f64, old: &[f64; 3], new: &[f64; 3], share_old: f64) {
         let change: [f64; 3] = std::array::from_fn(|i| new[i] - old[i]);
-        let force_impulse: [f64; 3] = std::array::from_fn(|i| mass * change[i] - impulse[i]);
-        // K_n = Σ ½ m |v_{n−½}|² + ½ Δt_{n−½} f_n · v_{n−½}, and half of the work of impulses
-        self.kinetic += 0.5 * mass * dot(old, old) + share_old * dot(&force_impulse, old) + 0.5 * dot(&impulse, old);
-        self.step_change += (0.5 - share_old) * dot(&force_impulse, &change);
+        let (old_old, old_change) = (dot(old, old), dot(old, &change));
+        // K_n = Σ ½ m |v_{n−½}|² + ½ Δt_{n−½} f_n · v_{n−½} with Δt f_n = m (v_{n+½} − v_{n−½})
+        self.kinetic += mass * (0.5 * old_old + share_old * old_change);
+        self.step_change += mass * ((0.5 - share_old) * dot(&change, &change));
         for i in 0..3 {
             // m v_n, v_n = v_{n−½} + ½ Δt_{n−½} a_n
             self.momentum[i] += mass * (old[i] + share_old * change[i]);
         }
+    }
+
+    /// What impulses on the node change of that, and their work.
+    #[inline]
+    fn enter_impulses(&mut self, impulses: &Impulses, old: &[f64; 3], new: &[f64; 3], share_old: f64) {
+        let Impulses { of_constraints, of_walls } = impulses;
+        let impulse: [f64; 3] = std::array::from_fn(|i| of_constraints[i] + of_walls[i]);
+        let change: [f64; 3] = std::array::from_fn(|i| new[i] - old[i]);
+        // an impulse is no force: half of its work is in K_n, and none of it in what a change of step does
+        self.kinetic += (0.5 - share_old) * dot(&impulse, old);
+        self.step_change -= (0.5 - share_old) * dot(&impulse, &change);
         // an impulse does the work I · ½ (v_{n−½} + v_{n+½})
-        self.constraint_work_before += 0.5 * dot(&moved.constraint_impulse, old);
-        self.constraint_work_after += 0.5 * dot(&moved.constraint_impulse, new);
-        self.contact_work_before += 0.5 * dot(&moved.wall_impulse, old);
-        self.contact_work_after += 0.5 * dot(&moved.wall_impulse, new);
+        self.constraint_work_before += 0.5 * dot(of_constraints, old);
+        self.constraint_work_after += 0.5 * dot(of_constraints, new);
+        self.contact_work_before += 0.5 * dot(of_walls, old);
+        self.contact_work_after += 0.5 * dot(of_walls, new);
     }
 
     fn plus(self, other: &Self) -> Self {

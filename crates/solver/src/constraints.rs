@@ -142,6 +142,12 @@ impl RigidWall {
         (0..3).map(|i| (position[i] - self.point[i]) * self.normal[i]).sum()
     }
 
+    /// Whether a node with this velocity would pass the wall within the step.
+    #[inline]
+    pub(crate) fn stops(&self, velocity: &[f64; 3], position: &[f64; 3], time_step: f64) -> bool {
+        self.gap(position) + time_step * dot(velocity, &self.normal) < 0.0
+    }
+
     /// The velocity of a node that may not pass the wall within the step: the smallest change along the normal that
     /// ends on the wall, and Coulomb friction up to μ times that change along the tangent. Only `free` directions give
     /// way; what the wall does along the others is for the constraint to take back.

@@ -1,8 +1,9 @@
 //! Fields over nodes and hexes: what frames and probes see of a state. Each is written to a slice that the caller keeps,
 //! by all threads of the pool.
 
+use crate::patch::PATCH;
 use crate::simulation::Simulation;
-use crate::solid_block::{CHUNK, Means};
+use crate::solid_block::Means;
 use estar_element::hex8;
 use estar_tensor::{SymmetricTensor, Vector3};
 use rayon::prelude::*;
@@ -11,7 +12,7 @@ impl Simulation {
     /// Writes the velocity of every node at t_n, m/s.
     pub fn write_velocity(&self, field: &mut [[f64; 3]]) {
         let velocity = |(node, velocity): (usize, &mut [f64; 3])| *velocity = self.velocity(node);
-        field.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(velocity);
+        field.par_iter_mut().with_min_len(PATCH).enumerate().for_each(velocity);
     }
 
     /// Writes means over the quadrature points of every hex, of the fields that are wanted: the Cauchy stress with the
@@ -39,7 +40,7 @@ fn pieces<'a, T>(hexes: &[u32], field: Option<&'a mut [T]>) -> Vec<Option<&'a mu
         (rest, begin) = (Some(behind), end);
         Some(piece)
     };
-    hexes.chunks(CHUNK).map(piece).collect()
+    hexes.chunks(PATCH).map(piece).collect()
 }
 
 /// Von Mises stress √(3/2) ‖dev T‖ of a stress with the components xx, yy, zz, xy, yz, xz.

@@ -12,6 +12,7 @@ mod error;
 pub mod fields;
 mod loads;
 pub mod model;
+mod patch;
 mod simulation;
 mod solid_block;
 mod traffic;

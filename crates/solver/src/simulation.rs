@@ -1,6 +1,6 @@
 //! A simulation: the state of a body in motion, made from a model and a mesh.
 
-use crate::assembly::CornerLists;
+use crate::assembly::RowLists;
 use crate::central_difference::NodeSums;
 use crate::constraints::Constraints;
 use crate::energy::{CentredWork, Energies};
@@ -32,8 +32,8 @@ pub struct Simulation {
     pub(crate) step_is_last: bool,
     pub(crate) nodes: Nodes,
     pub(crate) blocks: Vec<Block>,
-    pub(crate) corner_forces: Vec<f64>,
-    pub(crate) corner_lists: CornerLists,
+    pub(crate) patch_forces: Vec<[f64; 4]>,
+    pub(crate) row_lists: RowLists,
     pub(crate) loads: Vec<NodalLoad>,
     pub(crate) load_power: Vec<f64>,
     /// One vector a node where there are loads, else empty.
@@ -115,21 +115,18 @@ impl Simulation {
             return Err(ModelError::NodeWithoutMass { count: massless.len(), first: first as u32 });
         }
 
-        // the level that `dispatch` falls back to decides how far the components of a force lie apart
-        let stride = blocks.first().map_or(1, |block| block.elements.component_stride());
-        let mut force_count = 0;
-        let mut starts = Vec::with_capacity(blocks.len());
-        for block in &blocks {
-            starts.push(force_count);
-            force_count += block.elements.force_count();
-        }
-        let corners = blocks.iter().zip(&starts).flat_map(|(block, start)| {
-            block.elements.hexes().iter().enumerate().flat_map(move |(element, &hex)| {
-                let slot = move |corner| (start + block.elements.force_slot(element, corner)) as u32;
-                mesh.hexes()[hex as usize].iter().enumerate().map(move |(corner, &node)| (node, slot(corner)))
+        let row_count = blocks.iter().map(|block| block.elements.patches().row_count()).sum();
+        let rows = || {
+            let mut before = 0;
+            blocks.iter().flat_map(move |block| {
+                let patches = block.elements.patches();
+                let first = before;
+                before += patches.row_count();
+                patches.rows().map(move |(node, row)| (node, first + row))
             })
-        });
-        let corner_lists = CornerLists::new(node_count, corners, stride);
+        };
+        let row_lists = RowLists::new(node_count, rows);
+
         let loads: Vec<NodalLoad> =
             model.loads.iter().map(|load| NodalLoad::new(&load.kind, reference, &mass)).collect();
         let velocity = initial_velocity(&model, reference);
@@ -143,8 +140,8 @@ impl Simulation {
             time_step: 0.0,
             next_time_step: 0.0,
             step_is_last: false,
-            corner_forces: vec![0.0; force_count],
-            corner_lists,
+            patch_forces: vec![[0.0; 4]; row_count],
+            row_lists,
             load_power: vec![0.0; loads.len()],
             external_force: vec![[0.0; 3]; if loads.is_empty() { 0 } else { node_count }],
             constraints: Constraints::new(&model, node_count)?,

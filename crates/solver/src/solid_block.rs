@@ -1,17 +1,15 @@
 //! Blocks of elements of one material and one formulation, packed so that the lanes of a number are elements.
 
 use crate::model::Part;
+use crate::patch::{PATCH, Patches};
 use estar_element::hex8::{self, CORNERS, CornerVectors, HexHistory, HexMotion, HexStep, POINTS};
 use estar_material::{Material, MaterialModel, PointState};
 use estar_tensor::{Kernel, LaneLevel, Mask, Real, Rotation, SymmetricTensor, Vector3, WithLanes, array, dispatch};
 use rayon::prelude::*;
 
-/// Elements that one thread takes at a time; a multiple of every number of lanes. Sums are formed within such a chunk
-/// first, so that they depend neither on the threads nor on the lanes.
-pub(crate) const CHUNK: usize = 512;
 /// No number has more lanes.
 const MOST_LANES: usize = 8;
-/// Partial sums of a chunk: element e adds to the sum e mod 8 for any number of lanes.
+/// Partial sums of a patch: element e adds to the sum e mod 8 for any number of lanes.
 const SUM_SLOTS: usize = MOST_LANES;
 
 /// Where the nodes are and how they move; each a vector per node.
@@ -62,7 +60,7 @@ impl BlockReport {
         not_finite: None,
     };
 
-    /// The report of this and of a later block or chunk.
+    /// The report of this and of a later block or patch.
     pub fn followed_by(self, later: &Self) -> Self {
         Self {
             internal_energy: self.internal_energy + later.internal_energy,
@@ -88,19 +86,13 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Hexes of the mesh, in the order of the block.
     fn hexes(&self) -> &[u32];
 
-    /// Numbers that the corner forces of the block fill.
-    fn force_count(&self) -> usize;
+    /// The nodes of the block.
+    fn patches(&self) -> &Patches;
 
-    /// Position of the x component of a corner force in the block's part of the forces.
-    fn force_slot(&self, element: usize, corner: usize) -> usize;
+    /// Moves every element to t_{n+1} and writes the forces −∫ T ∇N_a dV on the nodes of each patch to its rows.
+    fn advance(&mut self, motion: NodalMotion<'_>, step: &HexStep, patch_forces: &mut [[f64; 4]]) -> BlockReport;
 
-    /// Distance of the y component of a corner force from its x component, and of z from y.
-    fn component_stride(&self) -> usize;
-
-    /// Moves every element to t_{n+1} and writes its corner forces −∫ T ∇N_a dV.
-    fn advance(&mut self, motion: NodalMotion<'_>, step: &HexStep, corner_forces: &mut [f64]) -> BlockReport;
-
-    /// Bytes of the block's own data, corner forces included, that [`ElementBlock::advance`] reads and writes.
+    /// Bytes of the block's own data, rows of forces included, that [`ElementBlock::advance`] reads and writes.
     fn bytes_per_step(&self) -> usize;
 
     /// Stable time step of an element on its last geometry, s.
@@ -109,9 +101,9 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Largest equivalent plastic strain of a quadrature point.
     fn largest_plastic_strain(&self) -> f64;
 
-    /// Writes the means over the points of each element of a chunk to the places of its hexes in the fields; the place of
+    /// Writes the means over the points of each element of a patch to the places of its hexes in the fields; the place of
     /// the first is at their beginning.
-    fn write_means(&self, chunk: usize, means: Means<'_>);
+    fn write_means(&self, patch: usize, means: Means<'_>);
 
     /// Calls `visit` with every number of every history, in an order that does not depend on the lanes.
     fn for_each_number(&self, visit: &mut dyn FnMut(f64));
@@ -156,22 +148,20 @@ type History<M, R> = HexHistory<<M as Material>::State<R>, R>;
 struct SolidBlock<M: Material, R: Real> {
     material: M,
     hexes: Vec<u32>,
-    connectivity: Vec<[u32; CORNERS]>,
+    patches: Patches,
     corner_mass: Vec<R>,
     history: Vec<History<M, R>>,
     reports: Vec<BlockReport>,
 }
 
 impl<M: Material, R: Real> SolidBlock<M, R> {
-    /// Numbers that the corner forces of a pack fill.
-    const PACK_FORCES: usize = CORNERS * 3 * R::LANES;
+    /// Corners of a pack.
+    const PACK_CORNERS: usize = CORNERS * R::LANES;
 
     fn new(elements: Elements, material: M) -> Self {
-        let Elements { hexes, mut connectivity, corner_mass } = elements;
+        let Elements { hexes, connectivity, corner_mass } = elements;
         let count = hexes.len();
         let pack_count = count.div_ceil(R::LANES);
-        let last = connectivity[count - 1];
-        connectivity.resize(pack_count * R::LANES, last);
         let initial = HexHistory {
             states: [material.initial_state(); POINTS],
             rotations: [Rotation::identity(); POINTS],
@@ -182,11 +172,11 @@ impl<M: Material, R: Real> SolidBlock<M, R> {
         Self {
             material,
             hexes,
-            connectivity,
+            patches: Patches::new(&connectivity, R::LANES),
             corner_mass: (0..pack_count).map(mass).collect(),
             // each thread is the first to touch its part, which takes as long as all else here
             history: (0..pack_count).into_par_iter().map(|_| initial).collect(),
-            reports: vec![BlockReport::EMPTY; count.div_ceil(CHUNK)],
+            reports: vec![BlockReport::EMPTY; count.div_ceil(PATCH)],
         }
     }
 }
@@ -196,43 +186,33 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
         &self.hexes
     }
 
-    fn force_count(&self) -> usize {
-        self.history.len() * Self::PACK_FORCES
+    fn patches(&self) -> &Patches {
+        &self.patches
     }
 
-    fn force_slot(&self, element: usize, corner: usize) -> usize {
-        let (pack, lane) = (element / R::LANES, element % R::LANES);
-        pack * Self::PACK_FORCES + corner * 3 * R::LANES + lane
-    }
-
-    fn component_stride(&self) -> usize {
-        R::LANES
-    }
-
-    fn advance(&mut self, motion: NodalMotion<'_>, step: &HexStep, corner_forces: &mut [f64]) -> BlockReport {
-        let packs = CHUNK / R::LANES;
-        let material = &self.material;
-        let chunks = self
+    fn advance(&mut self, motion: NodalMotion<'_>, step: &HexStep, patch_forces: &mut [[f64; 4]]) -> BlockReport {
+        let packs = PATCH / R::LANES;
+        let (material, patches) = (&self.material, &self.patches);
+        let work = self
             .history
             .par_chunks_mut(packs)
-            .zip(self.hexes.par_chunks(CHUNK))
-            .zip(self.connectivity.par_chunks(CHUNK))
+            .zip(self.hexes.par_chunks(PATCH))
+            .zip(patches.corners().par_chunks(packs * Self::PACK_CORNERS))
             .zip(self.corner_mass.par_chunks(packs))
-            .zip(corner_forces.par_chunks_mut(packs * Self::PACK_FORCES))
-            .zip(self.reports.par_iter_mut());
-        chunks.for_each(|(((((history, hexes), connectivity), corner_mass), corner_forces), report)| {
-            let kernel =
-                ChunkKernel { material, motion, step, hexes, history, connectivity, corner_mass, corner_forces };
+            .zip(patch_forces.par_chunks_mut(patches.stride()))
+            .zip(self.reports.par_iter_mut())
+            .enumerate();
+        work.for_each(|(patch, (((((history, hexes), corners), corner_mass), forces), report))| {
+            let nodes = patches.nodes(patch);
+            let forces = &mut forces[..nodes.len()];
+            let kernel = PatchKernel { material, motion, step, hexes, history, nodes, corners, corner_mass, forces };
             *report = R::vectorize(kernel);
         });
         self.reports.iter().fold(BlockReport::EMPTY, BlockReport::followed_by)
     }
 
     fn bytes_per_step(&self) -> usize {
-        let read = size_of_val(&*self.hexes) + size_of_val(&*self.connectivity) + size_of_val(&*self.corner_mass);
-        let updated = size_of_val(&*self.history);
-        let written = self.force_count() * size_of::<f64>();
-        read + 2 * updated + written
+        size_of_val(&*self.corner_mass) + 2 * size_of_val(&*self.history) + self.patches.bytes_per_step()
     }
 
     fn stable_time_step(&self, element: usize) -> f64 {
@@ -246,12 +226,12 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
             let largest = strains.fold(R::splat(0.0), R::max);
             (0..R::LANES).map(|lane| largest.lane(lane)).fold(0.0, f64::max)
         };
-        self.history.par_iter().with_min_len(CHUNK).map(of_pack).reduce(|| 0.0, f64::max)
+        self.history.par_iter().with_min_len(PATCH).map(of_pack).reduce(|| 0.0, f64::max)
     }
 
-    fn write_means(&self, chunk: usize, means: Means<'_>) {
-        let (hexes, history) = (&self.hexes[chunk * CHUNK..], &self.history[chunk * (CHUNK / R::LANES)..]);
-        let hexes = &hexes[..hexes.len().min(CHUNK)];
+    fn write_means(&self, patch: usize, means: Means<'_>) {
+        let (hexes, history) = (&self.hexes[patch * PATCH..], &self.history[patch * (PATCH / R::LANES)..]);
+        let hexes = &hexes[..hexes.len().min(PATCH)];
         R::vectorize(MeansKernel { material: &self.material, hexes, history, means });
     }
 
@@ -269,68 +249,129 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
 }
 
 /// The work of one thread at a time.
-struct ChunkKernel<'a, M: Material, R: Real> {
+struct PatchKernel<'a, M: Material, R: Real> {
     material: &'a M,
     motion: NodalMotion<'a>,
     step: &'a HexStep,
     hexes: &'a [u32],
     history: &'a mut [History<M, R>],
-    connectivity: &'a [[u32; CORNERS]],
+    nodes: &'a [u32],
+    corners: &'a [u16],
     corner_mass: &'a [R],
-    corner_forces: &'a mut [f64],
+    forces: &'a mut [[f64; 4]],
 }
 
-impl<M: Material, R: Real> Kernel for ChunkKernel<'_, M, R> {
+impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
     type Output = BlockReport;
 
     #[inline(always)]
     fn run(self) -> BlockReport {
-        let mut sums = [[0.0; SUM_SLOTS]; 3];
-        let mut report = BlockReport::EMPTY;
-        let packs = self.history.iter_mut().zip(self.hexes.chunks(R::LANES));
-        let packs = packs.zip(self.connectivity.chunks_exact(R::LANES)).zip(self.corner_mass);
-        let forces = self.corner_forces.chunks_exact_mut(SolidBlock::<M, R>::PACK_FORCES);
-        for (pack, ((((history, hexes), connectivity), &corner_mass), forces)) in packs.zip(forces).enumerate() {
-            let reference = gathered(self.motion.reference, connectivity);
-            let displacement = gathered(self.motion.displacement, connectivity);
+        let mut sums = [[R::splat(0.0); 3]; SUM_SLOTS];
+        let slots = SUM_SLOTS / R::LANES;
+        let mut min_jacobian = LaneExtreme::none();
+        let mut stable_time_step = LaneExtreme::none();
+        let mut not_finite = None;
+        let mut nodes = [0; CORNERS * MOST_LANES];
+        let nodes = &mut nodes[..SolidBlock::<M, R>::PACK_CORNERS];
+        // forces of a pack, the corners of an element side by side
+        let mut corner_forces = [[[0.0; 4]; CORNERS]; MOST_LANES];
+        self.forces.fill([0.0; 4]);
+        let packs = self
+            .hexes
+            .chunks(R::LANES)
+            .zip(self.corners.chunks_exact(SolidBlock::<M, R>::PACK_CORNERS))
+            .zip(self.corner_mass);
+        for (pack, ((hexes, corners), &corner_mass)) in packs.enumerate() {
+            let (now, later) = self.history[pack..].split_at_mut(1);
+            let (history, upcoming) = (&mut now[0], later.first());
+            for (node, &corner) in nodes.iter_mut().zip(corners) {
+                *node = self.nodes[corner as usize];
+            }
+            let reference = gathered(self.motion.reference, nodes);
+            let displacement = gathered(self.motion.displacement, nodes);
             let motion = HexMotion {
                 reference,
                 position: array(|corner| reference[corner] + displacement[corner]),
-                velocity: gathered(self.motion.velocity, connectivity),
+                velocity: gathered(self.motion.velocity, nodes),
             };
-            let update = hex8::advance(self.material, history, &motion, corner_mass, self.step);
+            let update = hex8::advance(self.material, history, upcoming, &motion, corner_mass, self.step);
 
             let mut force_sum = R::splat(0.0);
             for (corner, force) in update.internal_force.iter().enumerate() {
-                for (component, value) in force.0.iter().enumerate() {
-                    let start = (corner * 3 + component) * R::LANES;
-                    (-*value).store(&mut forces[start..start + R::LANES]);
-                    force_sum += *value;
+                R::scatter(force.0, &mut corner_forces.as_flattened_mut()[corner..], CORNERS);
+                force_sum += force.0[0] + force.0[1] + force.0[2];
+            }
+            for (lane, forces) in corner_forces[..hexes.len()].iter().enumerate() {
+                for (corner, force) in forces.iter().enumerate() {
+                    let sum = &mut self.forces[corners[corner * R::LANES + lane] as usize];
+                    for (sum, force) in sum.iter_mut().zip(force) {
+                        *sum -= force;
+                    }
                 }
             }
             let finite =
                 force_sum.is_finite() & update.internal_energy.is_finite() & update.stable_time_step.is_finite();
-            let all_finite = finite.all();
-            for (lane, &hex) in hexes.iter().enumerate() {
-                let slot = (pack * R::LANES + lane) % SUM_SLOTS;
-                sums[0][slot] += update.internal_energy.lane(lane);
-                sums[1][slot] += update.plastic_dissipation.lane(lane);
-                sums[2][slot] += update.viscous_energy.lane(lane);
-                let extreme = |value: R| Extreme { value: value.lane(lane), hex };
-                report.min_jacobian = report.min_jacobian.smaller(extreme(update.min_jacobian));
-                report.stable_time_step = report.stable_time_step.smaller(extreme(update.stable_time_step));
-                if !all_finite && report.not_finite.is_none() {
-                    let marked = R::select(finite, R::splat(1.0), R::splat(0.0));
-                    report.not_finite = (marked.lane(lane) == 0.0).then_some(hex);
-                }
+            if !finite.all() && not_finite.is_none() {
+                let marked = R::select(finite, R::splat(1.0), R::splat(0.0));
+                not_finite = (0..hexes.len()).find(|&lane| marked.lane(lane) == 0.0).map(|lane| hexes[lane]);
             }
+            let mut energies = [update.internal_energy, update.plastic_dissipation, update.viscous_energy];
+            if hexes.len() < R::LANES {
+                let zero = R::splat(0.0);
+                let counts = R::from_lanes(|lane| if lane < hexes.len() { 1.0 } else { 0.0 }).gt(zero);
+                energies = energies.map(|energy| R::select(counts, energy, zero));
+            }
+            let sum = &mut sums[pack % slots];
+            for (sum, energy) in sum.iter_mut().zip(energies) {
+                *sum += energy;
+            }
+            min_jacobian.enter(update.min_jacobian, pack);
+            stable_time_step.enter(update.stable_time_step, pack);
         }
-        let [internal_energy, plastic_dissipation, viscous_energy] = sums.map(|slots| slots.iter().sum());
-        BlockReport { internal_energy, plastic_dissipation, viscous_energy, ..report }
+        let total =
+            |energy: usize| (0..SUM_SLOTS).map(|slot| sums[slot / R::LANES][energy].lane(slot % R::LANES)).sum();
+        BlockReport {
+            internal_energy: total(0),
+            plastic_dissipation: total(1),
+            viscous_energy: total(2),
+            min_jacobian: min_jacobian.resolved(self.hexes),
+            stable_time_step: stable_time_step.resolved(self.hexes),
+            not_finite,
+        }
     }
 }
 
-/// Means over the points of the elements of a chunk, as a user sees them.
+/// The smallest value of each lane and the pack that has it.
+#[derive(Clone, Copy)]
+struct LaneExtreme<R> {
+    value: R,
+    pack: R,
+}
+
+impl<R: Real> LaneExtreme<R> {
+    #[inline(always)]
+    fn none() -> Self {
+        Self { value: R::splat(f64::INFINITY), pack: R::splat(0.0) }
+    }
+
+    #[inline(always)]
+    fn enter(&mut self, value: R, pack: usize) {
+        let smaller = value.lt(self.value);
+        self.value = R::select(smaller, value, self.value);
+        self.pack = R::select(smaller, R::splat(pack as f64), self.pack);
+    }
+
+    /// The smallest of all lanes; of equal ones that of the first element.
+    fn resolved(self, hexes: &[u32]) -> Extreme {
+        let of_lane = |lane: usize| (self.value.lane(lane), self.pack.lane(lane) as usize * R::LANES + lane);
+        let smaller = |a: (f64, usize), b: (f64, usize)| if b < a { b } else { a };
+        let (value, element) = (0..R::LANES).map(of_lane).fold((f64::INFINITY, usize::MAX), smaller);
+        // the copies that fill the last pack are those of the last element
+        Extreme { value, hex: hexes[element.min(hexes.len() - 1)] }
+    }
+}
+
+/// Means over the points of the elements of a patch, as a user sees them.
 struct MeansKernel<'a, M: Material, R: Real> {
     material: &'a M,
     hexes: &'a [u32],
@@ -352,7 +393,7 @@ impl<M: Material, R: Real> Kernel for MeansKernel<'_, M, R> {
             if let Some(field) = &mut cauchy_stress {
                 let mut mean = SymmetricTensor::zero();
                 for (state, rotation) in pack.states.iter().zip(&pack.rotations) {
-                    mean = mean + material.output(state, &rotation.to_tensor()).cauchy_stress * share;
+                    mean = mean + material.cauchy_stress(state, *rotation) * share;
                 }
                 for (lanes, component) in lanes.iter_mut().zip(mean.0) {
                     component.store(lanes);
@@ -377,12 +418,10 @@ impl<M: Material, R: Real> Kernel for MeansKernel<'_, M, R> {
 
 /// The vectors of a field at the corners of the elements of a pack.
 #[inline(always)]
-fn gathered<R: Real>(field: &[[f64; 3]], connectivity: &[[u32; CORNERS]]) -> CornerVectors<R> {
+fn gathered<R: Real>(field: &[[f64; 3]], nodes: &[u32]) -> CornerVectors<R> {
     let mut corners = [Vector3::zero(); CORNERS];
-    for (corner, vector) in corners.iter_mut().enumerate() {
-        for (component, value) in vector.0.iter_mut().enumerate() {
-            *value = R::from_lanes(|lane| field[connectivity[lane][corner] as usize][component]);
-        }
+    for (vector, nodes) in corners.iter_mut().zip(nodes.chunks_exact(R::LANES)) {
+        *vector = Vector3(R::gather(field, nodes));
     }
     corners
 }

@@ -18,6 +18,6 @@ impl Simulation {
         // X, u and m read, v read and written, a written, the node's place among the constraints read
         let kick = 5 * VECTOR + NUMBER + size_of::<u32>();
         let blocks: usize = self.blocks.iter().map(|block| block.elements.bytes_per_step()).sum();
-        self.nodes.mass.len() * (drift + elements + kick) + blocks + self.corner_lists.bytes_per_step()
+        self.nodes.mass.len() * (drift + elements + kick) + blocks + self.row_lists.bytes_per_step()
     }
 }

@@ -78,6 +78,22 @@ pub fn dispatch<W: WithLanes>(level: LaneLevel, what: W) -> W::Output {
     what.with_lanes::<f64>()
 }
 
+/// Asks for `value` to be brought into the nearest cache.
+#[inline(always)]
+pub fn prefetch<T>(value: &T) {
+    #[cfg(target_arch = "x86_64")]
+    for line in (0..size_of::<T>()).step_by(64) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: a prefetch reads nothing that the program sees, whatever the address.
+        #[allow(unsafe_code)]
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast::<i8>().wrapping_add(line));
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = value;
+}
+
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     // Why the intrinsics below are sound: a value of a lane type is made only by code generic over `Real`, which gets
@@ -179,6 +195,41 @@ mod x86 {
         fn from_lanes(value: impl FnMut(usize) -> f64) -> Self {
             let lanes: [f64; 4] = array(value);
             Self(unsafe { _mm256_loadu_pd(lanes.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn gather(field: &[[f64; 3]], indices: &[u32]) -> [Self; 3] {
+            let indices = &indices[..Self::LANES];
+            // (x, y, z, 0) of a lane
+            let row = |lane: usize| {
+                let vector: &[f64; 3] = &field[indices[lane] as usize];
+                unsafe { _mm256_maskload_pd(vector.as_ptr(), _mm256_setr_epi64x(-1, -1, -1, 0)) }
+            };
+            let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+            unsafe {
+                let (xz_01, y_01) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+                let (xz_23, y_23) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+                [
+                    Self(_mm256_permute2f128_pd::<0x20>(xz_01, xz_23)),
+                    Self(_mm256_permute2f128_pd::<0x20>(y_01, y_23)),
+                    Self(_mm256_permute2f128_pd::<0x31>(xz_01, xz_23)),
+                ]
+            }
+        }
+
+        #[inline(always)]
+        fn scatter([x, y, z]: [Self; 3], rows: &mut [[f64; 4]], stride: usize) {
+            assert!(rows.len() > (Self::LANES - 1) * stride, "rows for all lanes");
+            let row = rows.as_mut_ptr().cast::<f64>();
+            unsafe {
+                let zero = _mm256_setzero_pd();
+                let (xy_02, xy_13) = (_mm256_unpacklo_pd(x.0, y.0), _mm256_unpackhi_pd(x.0, y.0));
+                let (z_02, z_13) = (_mm256_unpacklo_pd(z.0, zero), _mm256_unpackhi_pd(z.0, zero));
+                _mm256_storeu_pd(row, _mm256_permute2f128_pd::<0x20>(xy_02, z_02));
+                _mm256_storeu_pd(row.add(4 * stride), _mm256_permute2f128_pd::<0x20>(xy_13, z_13));
+                _mm256_storeu_pd(row.add(8 * stride), _mm256_permute2f128_pd::<0x31>(xy_02, z_02));
+                _mm256_storeu_pd(row.add(12 * stride), _mm256_permute2f128_pd::<0x31>(xy_13, z_13));
+            }
         }
 
         #[inline(always)]
@@ -313,6 +364,53 @@ mod x86 {
         fn from_lanes(value: impl FnMut(usize) -> f64) -> Self {
             let lanes: [f64; 8] = array(value);
             Self(unsafe { _mm512_loadu_pd(lanes.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn gather(field: &[[f64; 3]], indices: &[u32]) -> [Self; 3] {
+            let indices = &indices[..Self::LANES];
+            // (x, y, z, 0) of two lanes; the second load begins four places early and reads nothing there
+            let rows = |first: usize, second: usize| {
+                let vector = |lane: usize| field[indices[lane] as usize].as_ptr();
+                let (first, second) = (vector(first), vector(second));
+                unsafe {
+                    let first = _mm512_maskz_loadu_pd(0b0000_0111, first);
+                    _mm512_mask_loadu_pd(first, 0b0111_0000, second.wrapping_sub(4))
+                }
+            };
+            let (a, b, c, d) = (rows(0, 2), rows(1, 3), rows(4, 6), rows(5, 7));
+            unsafe {
+                let (xz_0123, y_0123) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
+                let (xz_4567, y_4567) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
+                [
+                    Self(_mm512_shuffle_f64x2::<0b10_00_10_00>(xz_0123, xz_4567)),
+                    Self(_mm512_shuffle_f64x2::<0b10_00_10_00>(y_0123, y_4567)),
+                    Self(_mm512_shuffle_f64x2::<0b11_01_11_01>(xz_0123, xz_4567)),
+                ]
+            }
+        }
+
+        #[inline(always)]
+        fn scatter([x, y, z]: [Self; 3], rows: &mut [[f64; 4]], stride: usize) {
+            assert!(rows.len() > (Self::LANES - 1) * stride, "rows for all lanes");
+            let row = rows.as_mut_ptr().cast::<f64>();
+            unsafe {
+                let zero = _mm512_setzero_pd();
+                let (xy_0246, xy_1357) = (_mm512_unpacklo_pd(x.0, y.0), _mm512_unpackhi_pd(x.0, y.0));
+                let (z_0246, z_1357) = (_mm512_unpacklo_pd(z.0, zero), _mm512_unpackhi_pd(z.0, zero));
+                let (low, high) =
+                    (_mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15));
+                let pairs = [
+                    (0, _mm512_permutex2var_pd(xy_0246, low, z_0246)),
+                    (1, _mm512_permutex2var_pd(xy_1357, low, z_1357)),
+                    (4, _mm512_permutex2var_pd(xy_0246, high, z_0246)),
+                    (5, _mm512_permutex2var_pd(xy_1357, high, z_1357)),
+                ];
+                for (lane, rows_of_two) in pairs {
+                    _mm256_storeu_pd(row.add(4 * stride * lane), _mm512_castpd512_pd256(rows_of_two));
+                    _mm256_storeu_pd(row.add(4 * stride * (lane + 2)), _mm512_extractf64x4_pd::<1>(rows_of_two));
+                }
+            }
         }
 
         #[inline(always)]

@@ -16,7 +16,7 @@ mod vector;
 
 pub use array::array;
 pub use counted::{Counted, Operations, operations};
-pub use lanes::{LaneLevel, WithLanes, dispatch};
+pub use lanes::{LaneLevel, WithLanes, dispatch, prefetch};
 pub use real::{Kernel, Mask, Real};
 pub use rotation::{Rotation, polar_rotation};
 pub use symmetric::{Eigensystem, SymmetricTensor};

@@ -1,5 +1,6 @@
 //! The number that physics is written in.
 
+use crate::array::array;
 use crate::elementary;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
@@ -37,6 +38,26 @@ pub trait Real:
 
     /// `value(lane)` in each lane.
     fn from_lanes(value: impl FnMut(usize) -> f64) -> Self;
+
+    /// The components of the vectors `field[indices[lane]]`.
+    ///
+    /// # Panics
+    /// Fewer indices than lanes, or an index beyond the field.
+    #[inline(always)]
+    fn gather(field: &[[f64; 3]], indices: &[u32]) -> [Self; 3] {
+        array(|component| Self::from_lanes(|lane| field[indices[lane] as usize][component]))
+    }
+
+    /// Writes (x, y, z, 0) of each lane of a vector to `rows[lane × stride]`.
+    ///
+    /// # Panics
+    /// The rows do not reach to the last lane's.
+    #[inline(always)]
+    fn scatter([x, y, z]: [Self; 3], rows: &mut [[f64; 4]], stride: usize) {
+        for lane in 0..Self::LANES {
+            rows[lane * stride] = [x.lane(lane), y.lane(lane), z.lane(lane), 0.0];
+        }
+    }
 
     /// The number in one lane, `lane < LANES`.
     fn lane(self, lane: usize) -> f64;

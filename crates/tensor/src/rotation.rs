@@ -29,8 +29,14 @@ impl<R: Real> Rotation<R> {
     /// The orthogonal tensor of the rotation.
     #[inline(always)]
     pub fn to_tensor(self) -> Tensor<R> {
+        self.tensor(R::splat(2.0))
+    }
+
+    /// The orthogonal tensor of a quaternion of any length, from 2 over the square of that.
+    #[inline(always)]
+    fn tensor(self, two_per_norm_squared: R) -> Tensor<R> {
         let [w, x, y, z] = self.0;
-        let (x2, y2, z2) = (x + x, y + y, z + z);
+        let (x2, y2, z2) = (x * two_per_norm_squared, y * two_per_norm_squared, z * two_per_norm_squared);
         let (wx, wy, wz) = (w * x2, w * y2, w * z2);
         let (xx, xy, xz) = (x * x2, x * y2, x * z2);
         let (yy, yz, zz) = (y * y2, y * z2, z * z2);
@@ -61,8 +67,7 @@ impl<R: Real> Rotation<R> {
     /// series gives the last bit, without a root and a division; only where a lane is far off is the root taken.
     #[inline(always)]
     fn normalised(self) -> Self {
-        let [w, x, y, z] = self.0;
-        let norm_squared = w.mul_add(w, x.mul_add(x, y.mul_add(y, z * z)));
+        let norm_squared = self.norm_squared();
         // (1 + e)^(−½) = 1 − ½ e + ⅜ e² − 5/16 e³ + …
         let excess = norm_squared - 1.0;
         let tail = excess.mul_add(R::splat(-0.3125), R::splat(0.375)).mul_add(excess, R::splat(-0.5));
@@ -74,15 +79,28 @@ impl<R: Real> Rotation<R> {
         Self(array(|i| self.0[i] * scale))
     }
 
-    /// The rotation half way from `self` to `other` on the shorter way.
+    /// The orthogonal tensor of the rotation half way from `self` to `other`, whose quaternions must be on one side:
+    /// [`Rotation::nearest`] leaves its result on the side of the guess.
     #[inline(always)]
-    pub fn half_way_to(self, other: Self) -> Self {
+    pub fn half_way_to(self, other: Self) -> Tensor<R> {
+        // the sum of both points half way, and its length is almost 2
+        let sum = Self(array(|i| self.0[i] + other.0[i]));
+        let norm_squared = sum.norm_squared();
+        // 2/(4 − 4 e) = ½ (1 + e + e² + …)
+        let shortfall = norm_squared.mul_add(R::splat(-0.25), R::splat(1.0));
+        let tail = shortfall.mul_add(shortfall, shortfall).mul_add(shortfall, shortfall);
+        let mut two_per_norm_squared = tail * 0.5 + 0.5;
+        let near = shortfall.lt(R::splat(SERIES_REACH));
+        if !near.all() {
+            two_per_norm_squared = R::select(near, two_per_norm_squared, R::splat(2.0) / norm_squared);
+        }
+        sum.tensor(two_per_norm_squared)
+    }
+
+    #[inline(always)]
+    fn norm_squared(self) -> R {
         let [w, x, y, z] = self.0;
-        let [a, b, c, d] = other.0;
-        let cosine = w.mul_add(a, x.mul_add(b, y.mul_add(c, z * d)));
-        let sign = R::select(cosine.lt(R::splat(0.0)), R::splat(-1.0), R::splat(1.0));
-        // half of the sum has almost unit length
-        Self(array(|i| sign.mul_add(other.0[i], self.0[i]) * 0.5)).normalised()
+        w.mul_add(w, x.mul_add(x, y.mul_add(y, z * z)))
     }
 
     #[inline(always)]
@@ -90,34 +108,59 @@ impl<R: Real> Rotation<R> {
         Self(array(|i| R::select(mask, chosen.0[i], otherwise.0[i])))
     }
 
-    /// R of the polar decomposition F = R U of a `deformation_gradient` with det F > 0, starting from a `guess`.
+    /// R of the polar decomposition F = R U of a `deformation_gradient` with det F > 0, or of any positive multiple of it,
+    /// starting from a `guess`, on whose side the quaternion is.
     ///
-    /// With M = R_gᵀ F = exp(ω×) U for the guess R_g, the skew part of M gives ω to first order:
-    /// (tr U I − U) ω = 2 axial(skew M) with U ≈ sym M. Each correction squares the error. A lane is done after a
-    /// correction below 10⁻⁸ rad and then keeps its bits; a lane that this does not lead home (a guess far off) gets
-    /// [`polar_rotation`].
+    /// With M = R_gᵀ F for the guess R_g, the rotation Q that makes QᵀM symmetric gives R = R_g Q. Its Gibbs vector g
+    /// solves A g = (1 − g²) h + (Mᵀg) × g with A = tr(M) I − M and 2 h the axial vector of M − Mᵀ: an equation whose
+    /// coefficients stay while g is corrected, each correction being smaller than the last by the order of |g|. A guess
+    /// too far off for that is turned by A⁻¹h, Newton's correction, and tried again; a lane that this does not lead home
+    /// gets [`polar_rotation`]. A lane that is done keeps its bits.
     #[inline(always)]
     pub fn nearest(deformation_gradient: &Tensor<R>, guess: Self) -> Self {
+        let zero = R::splat(0.0);
         let mut rotation = guess;
-        let mut done = R::splat(1.0).lt(R::splat(0.0));
-        for _ in 0..MOST_CORRECTIONS {
+        let mut done = zero.lt(zero);
+        for _ in 0..MOST_TURNS {
             let m = rotation.to_tensor().transpose_dot(deformation_gradient);
             let axial = Vector3([m.at(2, 1) - m.at(1, 2), m.at(0, 2) - m.at(2, 0), m.at(1, 0) - m.at(0, 1)]);
-            // A = tr U I − U is symmetric: its cofactor is too, and A⁻¹ a = cof(A) a / det A
-            let a = (m.symmetric_part() * R::splat(-1.0)).plus_spherical(m.trace()).to_tensor();
-            let cofactor = a.cofactor();
-            let determinant = a.columns[0].dot(cofactor.columns[0]);
-            let correction = cofactor.apply(axial) * determinant.recip();
-            rotation = Self::select(done, rotation, rotation.turned_by(correction * R::splat(0.5)));
+            let h = axial * R::splat(0.5);
+            // of −A, with cof(−A) = cof A
+            let negative = m.plus_spherical(-m.trace());
+            let cofactor = negative.cofactor();
+            let determinant = -negative.columns[0].dot(cofactor.columns[0]);
+            let per_determinant = determinant.recip();
             // other rotations make M symmetric as well; at the one of F = R U alone, A is positive definite (minors)
-            let zero = R::splat(0.0);
-            let positive_definite = a.at(0, 0).gt(zero) & cofactor.at(2, 2).gt(zero) & determinant.gt(zero);
-            done = done | (correction.dot(correction).lt(R::splat(SMALLEST_CORRECTION_SQUARED)) & positive_definite);
+            let positive_definite = negative.at(0, 0).lt(zero) & cofactor.at(2, 2).gt(zero) & determinant.gt(zero);
+
+            let mut gibbs = cofactor.transpose_apply(h) * per_determinant;
+            let mut change_squared = gibbs.dot(gibbs);
+            let near = change_squared.lt(R::splat(REACH_SQUARED)) & positive_definite;
+            let mut settled = !near;
+            for _ in 0..MOST_CORRECTIONS {
+                let source = m.transpose_apply(gibbs).cross(gibbs) + h.mul_add(-gibbs.dot(gibbs), h);
+                let corrected = cofactor.transpose_apply(source) * per_determinant;
+                let change = corrected - gibbs;
+                gibbs = Vector3::select(settled, gibbs, corrected);
+                // the next correction would be smaller than this one by as much as this one is than the last
+                let squared = change.dot(change);
+                settled = settled | (squared * squared).le(change_squared * (ROUNDING * ROUNDING));
+                change_squared = squared;
+                if settled.all() {
+                    break;
+                }
+            }
+            rotation = Self::select(done, rotation, rotation.turned_by(gibbs));
+            done = done | (near & settled);
             if done.all() {
                 return rotation;
             }
         }
-        Self::select(done, rotation, Self::from_tensor(&polar_rotation(deformation_gradient)))
+        let found = Self::from_tensor(&polar_rotation(deformation_gradient));
+        let ([w, x, y, z], [a, b, c, d]) = (found.0, guess.0);
+        let cosine = w.mul_add(a, x.mul_add(b, y.mul_add(c, z * d)));
+        let side = R::select(cosine.lt(zero), R::splat(-1.0), R::splat(1.0));
+        Self::select(done, rotation, Self(array(|i| found.0[i] * side)))
     }
 
     /// The quaternion of an orthogonal tensor with determinant 1, from the column of 4 q ⊗ q that has the largest
@@ -147,10 +190,14 @@ impl<R: Real> Rotation<R> {
 
 /// An excess below which the fourth term of the series of (1 + e)^(−½) is beyond the last bit.
 const SERIES_REACH: f64 = 1e-4;
-/// Corrections before a guess is given up. From 75° off a rigid rotation takes five.
+/// Turns before a guess is given up. From 75° off a rigid rotation takes six.
+const MOST_TURNS: usize = 8;
+/// Where |g| = tan(½ angle) is below 0.1, corrections shrink fast.
+const REACH_SQUARED: f64 = 0.01;
+/// Corrections after the first; two are enough for turns below 10⁻³.
 const MOST_CORRECTIONS: usize = 8;
-/// The error left is the square of the last correction.
-const SMALLEST_CORRECTION_SQUARED: f64 = 1e-14;
+/// An error of g that is rounding.
+const ROUNDING: f64 = 1e-15;
 
 /// R of the polar decomposition F = R U for any F with det F > 0, by Newton's iteration
 /// R ← ½ (ζ R + ζ⁻¹ R⁻ᵀ), ζ² = ‖R⁻¹‖/‖R‖ (Higham 1986).

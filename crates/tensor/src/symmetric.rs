@@ -57,7 +57,7 @@ impl<R: Real> SymmetricTensor<R> {
         let (a, b) = (self.0, other.0);
         let normal = a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
         let shear = a[3].mul_add(b[3], a[4].mul_add(b[4], a[5] * b[5]));
-        (shear + shear) + normal
+        shear.mul_add(R::splat(2.0), normal)
     }
 
     /// ‖A‖² = A : A.

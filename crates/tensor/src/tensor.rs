@@ -80,6 +80,13 @@ impl<R: Real> Tensor<R> {
         self.columns[0].mul_add(x, self.columns[1].mul_add(y, self.columns[2] * z))
     }
 
+    /// Aᵀ b.
+    #[inline(always)]
+    pub fn transpose_apply(&self, b: Vector3<R>) -> Vector3<R> {
+        let [x, y, z] = self.columns;
+        Vector3([x.dot(b), y.dot(b), z.dot(b)])
+    }
+
     /// A B.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> Self {
@@ -90,10 +97,8 @@ impl<R: Real> Tensor<R> {
     /// Aᵀ B.
     #[inline(always)]
     pub fn transpose_dot(&self, other: &Self) -> Self {
-        let [a, b, c] = self.columns;
-        let column = |x: Vector3<R>| Vector3([a.dot(x), b.dot(x), c.dot(x)]);
-        let [x, y, z] = other.columns;
-        Self { columns: [column(x), column(y), column(z)] }
+        let [a, b, c] = other.columns;
+        Self { columns: [self.transpose_apply(a), self.transpose_apply(b), self.transpose_apply(c)] }
     }
 
     /// sym A = ½ (A + Aᵀ).

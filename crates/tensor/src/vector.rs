@@ -34,6 +34,13 @@ impl<R: Real> Vector3<R> {
         let ([a, b, c], [x, y, z]) = (self.0, addend.0);
         Self([a.mul_add(factor, x), b.mul_add(factor, y), c.mul_add(factor, z)])
     }
+
+    /// `chosen` where the mask is set, else `otherwise`.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, chosen: Self, otherwise: Self) -> Self {
+        let ([a, b, c], [x, y, z]) = (chosen.0, otherwise.0);
+        Self([R::select(mask, a, x), R::select(mask, b, y), R::select(mask, c, z)])
+    }
 }
 
 impl<R: Real> Add for Vector3<R> {

@@ -96,7 +96,7 @@ impl<M: Material, R: Real> Kernel for Step<'_, '_, M, R> {
         for (position, velocity) in hex.motion.position.iter_mut().zip(&hex.motion.velocity) {
             *position = velocity.mul_add(R::splat(hex.step.time_step), *position);
         }
-        hex8::advance(hex.material, &mut hex.history, &hex.motion, hex.corner_mass, &hex.step)
+        hex8::advance(hex.material, &mut hex.history, None, &hex.motion, hex.corner_mass, &hex.step)
     }
 }
 

@@ -162,5 +162,5 @@ pub fn moved<M: Material>(
     let velocity = std::array::from_fn(|a| Vector3(std::array::from_fn(|i| (new[a][i] - old[a][i]) / step.time_step)));
     let motion = HexMotion { reference: vectors(reference), position: vectors(new), velocity };
     let mass = smallest(&row_sum_mass(reference, material.elasticity().density()));
-    advance(material, history, &motion, mass, step)
+    advance(material, history, None, &motion, mass, step)
 }
