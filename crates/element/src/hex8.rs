@@ -19,7 +19,7 @@
 //! F-bar: F̄ = (J₀/J)^⅓ F with J₀ = det F at the centre; in rate form the volumetric part of D is that of the centre.
 
 use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
-use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metrics, stable_time_step};
+use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metrics};
 use arrayvec::ArrayVec;
 use estar_material::{Material, Motion, PointGradients, StepKinematics};
 use estar_tensor::{Real, Rotation, Tensor, Vector3, array, prefetch};
@@ -304,21 +304,21 @@ pub fn advance<R: Real, M: Material>(
     // Each stage takes all points before the next: many short chains of operations side by side keep the processor busier
     // than one long chain a point.
     // (i) F and R of the polar decomposition
-    let mut deformation_gradients = ArrayVec::<Tensor<R>, POINTS>::new();
-    let mut min_jacobian = centre.jacobian;
+    let mut scaled_gradients = ArrayVec::<Tensor<R>, POINTS>::new();
+    let mut per_reference_volumes = ArrayVec::<R, POINTS>::new();
     for point in 0..POINTS {
-        let deformation_gradient = gradients(point).deformation_gradient();
-        min_jacobian = min_jacobian.min(deformation_gradient.determinant());
-        deformation_gradients.push(deformation_gradient);
+        let (scaled_gradient, per_reference_volume) = gradients(point).scaled_deformation_gradient();
+        scaled_gradients.push(scaled_gradient);
+        per_reference_volumes.push(per_reference_volume);
     }
     let mut rotations = ArrayVec::<Rotation<R>, POINTS>::new();
-    for (point, deformation_gradient) in deformation_gradients.iter().enumerate() {
+    for (point, scaled_gradient) in scaled_gradients.iter().enumerate() {
         if let Some(upcoming) = upcoming {
             prefetch(&upcoming.states[point]);
         }
         let rotation_old = &history.rotations[point];
         rotations.push(if M::Motion::<R>::NEEDS_ROTATION {
-            Rotation::nearest(deformation_gradient, *rotation_old)
+            Rotation::nearest(scaled_gradient, *rotation_old)
         } else {
             *rotation_old
         });
@@ -328,11 +328,12 @@ pub fn advance<R: Real, M: Material>(
     let mut motions = ArrayVec::<M::Motion<R>, POINTS>::new();
     let mut volumes_half = ArrayVec::<R, POINTS>::new();
     let mut volume_change = zero;
-    for (point, &deformation_gradient) in deformation_gradients.iter().enumerate() {
+    for (point, &scaled_gradient) in scaled_gradients.iter().enumerate() {
         if let Some(upcoming) = upcoming {
             prefetch(&upcoming.rotations[point]);
         }
         let (displacement_gradient, volume_half) = gradients(point).displacement_gradient(step.time_step);
+        let deformation_gradient = scaled_gradient * per_reference_volumes[point];
         let mut kinematics = StepKinematics {
             displacement_gradient,
             deformation_gradient,
@@ -366,12 +367,14 @@ pub fn advance<R: Real, M: Material>(
     let mut cofactors = ArrayVec::<Tensor<R>, POINTS>::new();
     let mut fluxes = ArrayVec::<Tensor<R>, POINTS>::new();
     let mut volume = zero;
+    let mut min_jacobian = centre.jacobian;
     let mut metrics = Metrics::none();
     for (point, state) in history.states.iter().enumerate() {
         let position_gradient = position.at(point);
         let cofactor = position_gradient.cofactor();
         let jacobian = position_gradient.columns[0].dot(cofactor.columns[0]);
         volume += jacobian;
+        min_jacobian = min_jacobian.min(jacobian * per_reference_volumes[point]);
         metrics = metrics.with(&position_gradient, &cofactor, jacobian);
         let stress = material.cauchy_stress(state, history.rotations[point]);
         fluxes.push(stress.plus_spherical(-viscous_pressure).to_tensor().dot(&cofactor));
@@ -394,11 +397,11 @@ pub fn advance<R: Real, M: Material>(
         },
     };
     let bounds = ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
-    let undamped = stable_time_step(if f_bar {
-        bounds.frequency_squared_f_bar(&geometry, corner_mass)
+    let undamped = if f_bar {
+        bounds.stable_time_step_f_bar(&geometry, corner_mass)
     } else {
-        bounds.frequency_squared(&geometry, corner_mass)
-    });
+        bounds.stable_time_step(&geometry, corner_mass)
+    };
     history.stable_time_step = undamped;
     // −∫∫ q dV̇ dt, the mean pressure of the step on the volume change of all points, as the forces have it
     let mean_pressure = (history.viscous_pressure + viscous_pressure) * 0.5;

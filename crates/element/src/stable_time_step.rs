@@ -104,21 +104,23 @@ pub struct ElasticBounds {
 }
 
 impl ElasticBounds {
-    /// Upper bound of ω² of `hex8` (1/s²) with the smallest corner mass `corner_mass`.
+    /// Lower bound of the stable time step of `hex8` (s) with the smallest corner mass `corner_mass`.
     #[inline(always)]
-    pub fn frequency_squared<R: Real>(&self, geometry: &ElementGeometry<R>, corner_mass: R) -> R {
-        // ω² ≤ (2μ g + λ⁺ h)/m
+    pub fn stable_time_step<R: Real>(&self, geometry: &ElementGeometry<R>, corner_mass: R) -> R {
+        // Δt = 2/ω, ω² ≤ (2μ g + λ⁺ h)/m
         let deviatoric = geometry.metric.largest * (2.0 * self.shear_modulus);
-        geometry.metric.trace.mul_add(R::splat(self.positive_lambda()), deviatoric) / corner_mass
+        let stiffness = geometry.metric.trace.mul_add(R::splat(self.positive_lambda()), deviatoric);
+        (corner_mass / stiffness).sqrt() * 2.0
     }
 
-    /// Upper bound of ω² of `hex8-f-bar` (1/s²) with the smallest corner mass `corner_mass`.
+    /// Lower bound of the stable time step of `hex8-f-bar` (s) with the smallest corner mass `corner_mass`.
     #[inline(always)]
-    pub fn frequency_squared_f_bar<R: Real>(&self, geometry: &ElementGeometry<R>, corner_mass: R) -> R {
-        // ω² ≤ (2μ g + (λ⁺ |V b̄|² + k |V b̄| |V b₀ − V b̄|)/V)/m
+    pub fn stable_time_step_f_bar<R: Real>(&self, geometry: &ElementGeometry<R>, corner_mass: R) -> R {
+        // Δt = 2/ω, ω² ≤ (2μ g V + λ⁺ |V b̄|² + k |V b̄| |V b₀ − V b̄|)/(m V)
         let mixed = (geometry.mean_divergence_squared * geometry.divergence_difference_squared).sqrt();
         let volumetric = geometry.mean_divergence_squared * self.positive_lambda() + mixed * self.bulk_modulus;
-        (geometry.metric.largest * (2.0 * self.shear_modulus) + volumetric / geometry.volume) / corner_mass
+        let deviatoric = geometry.metric.largest * geometry.volume * (2.0 * self.shear_modulus);
+        (corner_mass * geometry.volume / (deviatoric + volumetric)).sqrt() * 2.0
     }
 
     /// λ⁺.
@@ -126,12 +128,6 @@ impl ElasticBounds {
     fn positive_lambda(&self) -> f64 {
         (self.bulk_modulus - 2.0 * self.shear_modulus / 3.0).max(0.0)
     }
-}
-
-/// Δt = 2/ω.
-#[inline(always)]
-pub fn stable_time_step<R: Real>(frequency_squared: R) -> R {
-    R::splat(2.0) / frequency_squared.sqrt()
 }
 
 /// Upper bound of cos(⅓ arccos r) for −1 ≤ r ≤ 1: with s = √(½ (1 + r)) it is cos(⅔ arccos s), a concave function of

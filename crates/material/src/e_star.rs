@@ -13,11 +13,11 @@
 //!
 //! Parameters: elasticity, isotropic and kinematic hardening. History: T̃, ε̄ᵖ and, where the surface moves, α̃.
 
-use crate::elastic::{predicted_stress, stress_power};
+use crate::elastic::stress_power;
 use crate::material::point_state;
 use crate::return_mapping::{Equivalent, plastic_increment};
 use crate::{FlowStress, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, PointState, RotatedMotion};
-use estar_tensor::{Mask, Real, Rotation, SymmetricTensor};
+use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, inlined};
 
 /// The E* theory in box-rate form; `K` is `()` or [`KinematicHardening`](crate::KinematicHardening).
 #[derive(Clone, Debug)]
@@ -105,11 +105,11 @@ impl KinematicRule for () {
             let excess = trial.equivalent_stress - trial.flow_stress.stress;
             R::select(trial.yields, excess * (three_mu + slope).recip(), R::splat(0.0))
         } else {
-            let equivalent = |p: R| Equivalent {
+            let equivalent = inlined!(|p: R| Equivalent {
                 stress: p.mul_add(R::splat(-three_mu), trial.equivalent_stress),
                 slope: R::splat(-three_mu),
-            };
-            let flow = |p: R| material.hardening.flow_stress(trial.plastic_strain + p);
+            });
+            let flow = inlined!(|p: R| material.hardening.flow_stress(trial.plastic_strain + p));
             let upper_bound = trial.equivalent_stress * three_mu.recip();
             plastic_increment(trial.yields, upper_bound, trial.flow_stress, equivalent, flow)
         };
@@ -144,11 +144,15 @@ impl<K: KinematicRule> Material for EStar<K> {
     fn update<R: Real>(&self, old: &K::State<R>, motion: &RotatedMotion<R>) -> MaterialUpdate<R, K::State<R>> {
         let (stress_old, strain_old, back_stress_old) = K::parts(old);
 
-        // (i) elastic predictor: T̃_trial = T̃_n + Δt (2μ dev D̃ + k tr(D̃) I)
-        let trial = predicted_stress(&self.elasticity, &stress_old, &motion.strain_increment);
+        // (i) elastic predictor: T̃_trial = T̃_n + Δt (2μ dev D̃ + k tr(D̃) I), its deviator and its mean
+        let strain_increment = &motion.strain_increment;
+        let (shear_modulus, bulk_modulus) = (self.elasticity.shear_modulus(), self.elasticity.bulk_modulus());
+        let (mean_old, dilatation) = (stress_old.trace() * (1.0 / 3.0), strain_increment.trace());
+        let spherical = dilatation.mul_add(R::splat(-2.0 / 3.0 * shear_modulus), -mean_old);
+        let deviator = strain_increment.mul_add(R::splat(2.0 * shear_modulus), &stress_old).plus_spherical(spherical);
+        let mean = dilatation.mul_add(R::splat(bulk_modulus), mean_old);
 
         // (ii) admissibility: √(3/2) ‖dev T̃_trial − α̃_n‖ ≤ σ_y(ε̄ᵖ_n)
-        let deviator = trial.deviator();
         let equivalent_squared = von_mises_squared(&(deviator - back_stress_old));
         let flow_stress = self.hardening.flow_stress(strain_old);
         let yields = equivalent_squared.gt(flow_stress.stress * flow_stress.stress);
@@ -175,21 +179,21 @@ impl<K: KinematicRule> Material for EStar<K> {
         } else {
             at_rest
         };
-        let stress_new = trial - returned.stress_correction;
+        let stress_new = (deviator - returned.stress_correction).plus_spherical(mean);
         let strain_new = strain_old + returned.plastic_increment;
-        // Δε_p = Δγ n
-        let flow = returned.stress_correction * R::splat(0.5 / self.elasticity.shear_modulus());
         let driving_stress_old = stress_old - back_stress_old;
         let driving_stress_new = stress_new - returned.back_stress;
+        // Δε_p = Δγ n = (2μ Δγ n)/2μ
+        let dissipation = stress_power(&driving_stress_old, &driving_stress_new, &returned.stress_correction)
+            * (0.5 / self.elasticity.shear_modulus());
 
         MaterialUpdate {
             state: K::state(stress_new, strain_new, returned.back_stress),
-            internal_energy: stress_power(&stress_old, &stress_new, &motion.strain_increment),
-            plastic_dissipation: stress_power(&driving_stress_old, &driving_stress_new, &flow).max(R::splat(0.0)),
+            internal_energy: stress_power(&stress_old, &stress_new, strain_increment),
+            plastic_dissipation: dissipation.max(R::splat(0.0)),
         }
     }
 
-    #[inline(always)]
     fn equivalent_plastic_strain<R: Real>(&self, state: &K::State<R>) -> R {
         K::parts(state).1
     }

@@ -9,7 +9,7 @@ use crate::KinematicHardening;
 use crate::e_star::{EStar, KinematicRule, Return, Trial, von_mises};
 use crate::material::point_state;
 use crate::return_mapping::{Equivalent, plastic_increment};
-use estar_tensor::{Real, SymmetricTensor};
+use estar_tensor::{Real, SymmetricTensor, inlined};
 
 /// History of [`EStar`] with kinematic hardening.
 #[derive(Clone, Copy, Debug)]
@@ -59,10 +59,10 @@ impl KinematicRule for KinematicHardening {
         let three_mu = 3.0 * material.elasticity.shear_modulus();
         let modulus = R::splat(self.modulus());
         let recovery = R::splat(self.recovery());
-        let theta = |p: R| recovery.mul_add(p, one).recip();
-        let relative = |theta: R| trial.back_stress.mul_add(-theta, &trial.deviator);
+        let theta = inlined!(|p: R| recovery.mul_add(p, one).recip());
+        let relative = inlined!(|theta: R| trial.back_stress.mul_add(-theta, &trial.deviator));
 
-        let equivalent = |p: R| {
+        let equivalent = inlined!(|p: R| {
             let theta = theta(p);
             let eta = relative(theta);
             let eta_equivalent = von_mises(&eta);
@@ -74,8 +74,8 @@ impl KinematicRule for KinematicHardening {
                 stress: eta_equivalent - stiffness * p,
                 slope: -(stiffness + modulus * theta_slope * p + turning),
             }
-        };
-        let flow = |p: R| material.hardening.flow_stress(trial.plastic_strain + p);
+        });
+        let flow = inlined!(|p: R| material.hardening.flow_stress(trial.plastic_strain + p));
         // √(3/2) ‖η‖ falls or rises by at most C θ² a unit of p, since √(3/2) ‖α̃‖ ≤ C/γ always, and (C θ p)' = C θ²:
         // the left side falls at 3μ or faster. The bracket from ‖η‖ ≤ ‖dev T̃_trial‖ + ‖α̃_n‖.
         let upper_bound = (von_mises(&trial.deviator) + von_mises(&trial.back_stress)) * three_mu.recip();

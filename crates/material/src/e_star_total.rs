@@ -21,7 +21,7 @@ use crate::elastic::stress_power;
 use crate::material::point_state;
 use crate::return_mapping::{Equivalent, plastic_increment};
 use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, SpatialMotion};
-use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, array};
+use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, array, inlined};
 
 /// The E* theory in total form.
 #[derive(Clone, Debug)]
@@ -107,17 +107,17 @@ impl EStarTotal {
         // b = ⅓ tr(b) I + ‖dev b‖ n
         let mean = start.trace() * (1.0 / 3.0);
         let start = Combination([mean, norm, R::splat(0.0)]);
-        let returned = |p: R| start.times(&Combination::exponential(p * -SQRT_6, determinant), determinant);
+        let returned = inlined!(|p: R| start.times(&Combination::exponential(p * -SQRT_6, determinant), determinant));
 
-        let equivalent = |p: R| {
+        let equivalent = inlined!(|p: R| {
             let metric = returned(p);
             // d b_e/dx = n b_e
             let slope = metric.times_normal(determinant);
             let length = metric.deviator_dot(&metric, determinant).sqrt();
             let length_slope = metric.deviator_dot(&slope, determinant) / length * -SQRT_6;
             Equivalent { stress: length * scale, slope: length_slope * scale }
-        };
-        let flow = |p: R| self.hardening.flow_stress(plastic_strain + p);
+        });
+        let flow = inlined!(|p: R| self.hardening.flow_stress(plastic_strain + p));
         let upper_bound = norm / (norm.mul_add(R::splat(SQRT_2_THIRDS), mean) * SQRT_6);
         let p = plastic_increment(outside, upper_bound, flow(R::splat(0.0)), equivalent, flow);
 

@@ -68,7 +68,7 @@ impl Material for Elastic {
 
 /// T̃_n + 2μ dev(Δt D̃) + k tr(Δt D̃) I = T̃_n + 2μ Δt D̃ + λ tr(Δt D̃) I.
 #[inline(always)]
-pub(crate) fn predicted_stress<R: Real>(
+fn predicted_stress<R: Real>(
     elasticity: &IsotropicElasticity,
     stress_old: &SymmetricTensor<R>,
     strain_increment: &SymmetricTensor<R>,

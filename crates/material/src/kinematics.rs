@@ -27,10 +27,12 @@ pub struct StepKinematics<R> {
 }
 
 impl<R: Real> PointGradients<R> {
-    /// F_{n+1} = (∂x/∂ξ)(∂X/∂ξ)⁻¹.
+    /// det(∂X/∂ξ) F_{n+1} = (∂x/∂ξ) cof(∂X/∂ξ)ᵀ, which has the rotation of F, and 1/det(∂X/∂ξ).
     #[inline(always)]
-    pub fn deformation_gradient(&self) -> Tensor<R> {
-        self.position.dot(&self.reference.inverse())
+    pub fn scaled_deformation_gradient(&self) -> (Tensor<R>, R) {
+        let cofactor = self.reference.cofactor();
+        let determinant = self.reference.columns[0].dot(cofactor.columns[0]);
+        (self.position.dot(&cofactor.transpose()), determinant.recip())
     }
 
     /// Δt L = Δt (∂v/∂ξ)(∂x/∂ξ)⁻¹ at the middle of a step of length `time_step` (s), and det(∂x/∂ξ) there.

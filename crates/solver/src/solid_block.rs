@@ -4,13 +4,18 @@ use crate::model::Part;
 use crate::patch::{PATCH, Patches};
 use estar_element::hex8::{self, CORNERS, CornerVectors, HexHistory, HexMotion, HexStep, POINTS};
 use estar_material::{Material, MaterialModel, PointState};
-use estar_tensor::{Kernel, LaneLevel, Mask, Real, Rotation, SymmetricTensor, Vector3, WithLanes, array, dispatch};
+use estar_tensor::{
+    Kernel, LaneLevel, Mask, Real, Rotation, SymmetricTensor, Vector3, WithLanes, array, dispatch, prefetch,
+};
 use rayon::prelude::*;
 
 /// No number has more lanes.
 const MOST_LANES: usize = 8;
 /// Partial sums of a patch: element e adds to the sum e mod 8 for any number of lanes.
 const SUM_SLOTS: usize = MOST_LANES;
+
+/// Nodes are fetched this many packs before their turn.
+const PACKS_AHEAD: usize = 4;
 
 /// Where the nodes are and how they move; each a vector per node.
 #[derive(Clone, Copy)]
@@ -276,6 +281,19 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
         // forces of a pack, the corners of an element side by side
         let mut corner_forces = [[[0.0; 4]; CORNERS]; MOST_LANES];
         self.forces.fill([0.0; 4]);
+        let corner = [Vector3::zero(); CORNERS];
+        let mut motion = HexMotion { reference: corner, position: corner, velocity: corner };
+        // nodes are numbered as the elements come to them, so that a share of them a pack keeps ahead of the elements
+        let nodes_per_pack = self.nodes.len().div_ceil(self.history.len());
+        let mut nodes_ahead = self.nodes.iter();
+        let mut fetch_nodes = |count: usize| {
+            for &node in nodes_ahead.by_ref().take(count) {
+                prefetch(&self.motion.reference[node as usize]);
+                prefetch(&self.motion.displacement[node as usize]);
+                prefetch(&self.motion.velocity[node as usize]);
+            }
+        };
+        fetch_nodes(PACKS_AHEAD * nodes_per_pack);
         let packs = self
             .hexes
             .chunks(R::LANES)
@@ -284,16 +302,16 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
         for (pack, ((hexes, corners), &corner_mass)) in packs.enumerate() {
             let (now, later) = self.history[pack..].split_at_mut(1);
             let (history, upcoming) = (&mut now[0], later.first());
+            fetch_nodes(nodes_per_pack);
             for (node, &corner) in nodes.iter_mut().zip(corners) {
                 *node = self.nodes[corner as usize];
             }
-            let reference = gathered(self.motion.reference, nodes);
-            let displacement = gathered(self.motion.displacement, nodes);
-            let motion = HexMotion {
-                reference,
-                position: array(|corner| reference[corner] + displacement[corner]),
-                velocity: gathered(self.motion.velocity, nodes),
-            };
+            gather(&mut motion.reference, self.motion.reference, nodes);
+            gather(&mut motion.position, self.motion.displacement, nodes);
+            gather(&mut motion.velocity, self.motion.velocity, nodes);
+            for (position, reference) in motion.position.iter_mut().zip(&motion.reference) {
+                *position = *reference + *position;
+            }
             let update = hex8::advance(self.material, history, upcoming, &motion, corner_mass, self.step);
 
             let mut force_sum = R::splat(0.0);
@@ -416,12 +434,10 @@ impl<M: Material, R: Real> Kernel for MeansKernel<'_, M, R> {
     }
 }
 
-/// The vectors of a field at the corners of the elements of a pack.
+/// Fills in the vectors of a field at the corners of the elements of a pack.
 #[inline(always)]
-fn gathered<R: Real>(field: &[[f64; 3]], nodes: &[u32]) -> CornerVectors<R> {
-    let mut corners = [Vector3::zero(); CORNERS];
-    for (vector, nodes) in corners.iter_mut().zip(nodes.chunks_exact(R::LANES)) {
-        *vector = Vector3(R::gather(field, nodes));
+fn gather<R: Real>(corners: &mut CornerVectors<R>, field: &[[f64; 3]], nodes: &[u32]) {
+    for (corner, nodes) in corners.iter_mut().zip(nodes.chunks_exact(R::LANES)) {
+        *corner = Vector3(R::gather(field, nodes));
     }
-    corners
 }

@@ -102,7 +102,7 @@ mod x86 {
 
     use crate::array::array;
     use crate::elementary;
-    use crate::real::{Kernel, Mask, Real};
+    use crate::real::{Kernel, Mask, Real, gather_number_by_number};
     use std::arch::x86_64::*;
     use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
@@ -125,6 +125,17 @@ mod x86 {
     #[derive(Clone, Copy, Debug)]
     #[repr(transparent)]
     pub struct Mask8(__mmask8);
+
+    /// The first `LANES` indices, if all are of vectors of the field before the last.
+    #[inline(always)]
+    fn before_the_last<'a, const LANES: usize>(field: &[[f64; 3]], indices: &'a [u32]) -> Option<&'a [u32; LANES]> {
+        let indices: &[u32; LANES] = indices[..LANES].try_into().ok()?;
+        let mut largest = 0;
+        for &index in indices {
+            largest = index.max(largest);
+        }
+        ((largest as usize) + 1 < field.len()).then_some(indices)
+    }
 
     macro_rules! operators {
         ($lanes:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $xor:ident, $set:ident) => {
@@ -199,14 +210,13 @@ mod x86 {
 
         #[inline(always)]
         fn gather(field: &[[f64; 3]], indices: &[u32]) -> [Self; 3] {
-            let indices = &indices[..Self::LANES];
-            // (x, y, z, 0) of a lane
-            let row = |lane: usize| {
-                let vector: &[f64; 3] = &field[indices[lane] as usize];
-                unsafe { _mm256_maskload_pd(vector.as_ptr(), _mm256_setr_epi64x(-1, -1, -1, 0)) }
+            let Some(indices) = before_the_last::<4>(field, indices) else {
+                return gather_number_by_number(field, indices);
             };
-            let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+            // SAFETY: a vector that is not the last has four numbers to read, one of them its neighbour's.
             unsafe {
+                let row = |lane: usize| _mm256_loadu_pd(field.as_ptr().add(indices[lane] as usize).cast());
+                let (a, b, c, d) = (row(0), row(1), row(2), row(3));
                 let (xz_01, y_01) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
                 let (xz_23, y_23) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
                 [
@@ -368,18 +378,15 @@ mod x86 {
 
         #[inline(always)]
         fn gather(field: &[[f64; 3]], indices: &[u32]) -> [Self; 3] {
-            let indices = &indices[..Self::LANES];
-            // (x, y, z, 0) of two lanes; the second load begins four places early and reads nothing there
-            let rows = |first: usize, second: usize| {
-                let vector = |lane: usize| field[indices[lane] as usize].as_ptr();
-                let (first, second) = (vector(first), vector(second));
-                unsafe {
-                    let first = _mm512_maskz_loadu_pd(0b0000_0111, first);
-                    _mm512_mask_loadu_pd(first, 0b0111_0000, second.wrapping_sub(4))
-                }
+            let Some(indices) = before_the_last::<8>(field, indices) else {
+                return gather_number_by_number(field, indices);
             };
-            let (a, b, c, d) = (rows(0, 2), rows(1, 3), rows(4, 6), rows(5, 7));
+            // SAFETY: a vector that is not the last has four numbers to read, one of them its neighbour's.
             unsafe {
+                let row = |lane: usize| _mm256_loadu_pd(field.as_ptr().add(indices[lane] as usize).cast());
+                let rows = |a: __m256d, b: __m256d| _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(a), b);
+                let (a, b) = (rows(row(0), row(2)), rows(row(1), row(3)));
+                let (c, d) = (rows(row(4), row(6)), rows(row(5), row(7)));
                 let (xz_0123, y_0123) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
                 let (xz_4567, y_4567) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
                 [

@@ -1,6 +1,5 @@
 //! The number that physics is written in.
 
-use crate::array::array;
 use crate::elementary;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
@@ -45,7 +44,7 @@ pub trait Real:
     /// Fewer indices than lanes, or an index beyond the field.
     #[inline(always)]
     fn gather(field: &[[f64; 3]], indices: &[u32]) -> [Self; 3] {
-        array(|component| Self::from_lanes(|lane| field[indices[lane] as usize][component]))
+        gather_number_by_number(field, indices)
     }
 
     /// Writes (x, y, z, 0) of each lane of a vector to `rows[lane × stride]`.
@@ -144,6 +143,13 @@ pub trait Real:
     fn cbrt(self) -> Self {
         elementary::cbrt(self)
     }
+}
+
+/// [`Real::gather`] for numbers without instructions for it.
+#[inline(always)]
+pub(crate) fn gather_number_by_number<R: Real>(field: &[[f64; 3]], indices: &[u32]) -> [R; 3] {
+    let component = |component: usize| R::from_lanes(|lane| field[indices[lane] as usize][component]);
+    [component(0), component(1), component(2)]
 }
 
 /// One truth value a lane.

@@ -38,13 +38,12 @@ impl<R: Real> Rotation<R> {
         let [w, x, y, z] = self.0;
         let (x2, y2, z2) = (x * two_per_norm_squared, y * two_per_norm_squared, z * two_per_norm_squared);
         let (wx, wy, wz) = (w * x2, w * y2, w * z2);
-        let (xx, xy, xz) = (x * x2, x * y2, x * z2);
-        let (yy, yz, zz) = (y * y2, y * z2, z * z2);
         let one = R::splat(1.0);
+        let one_minus_zz = (-z2).mul_add(z, one);
         Tensor::from_rows([
-            [one - (yy + zz), xy - wz, xz + wy],
-            [xy + wz, one - (xx + zz), yz - wx],
-            [xz - wy, yz + wx, one - (xx + yy)],
+            [(-y2).mul_add(y, one_minus_zz), x2.mul_add(y, -wz), x2.mul_add(z, wy)],
+            [x2.mul_add(y, wz), (-x2).mul_add(x, one_minus_zz), y2.mul_add(z, -wx)],
+            [x2.mul_add(z, -wy), y2.mul_add(z, wx), (-y2).mul_add(y, (-x2).mul_add(x, one))],
         ])
     }
 
@@ -118,49 +117,62 @@ impl<R: Real> Rotation<R> {
     /// gets [`polar_rotation`]. A lane that is done keeps its bits.
     #[inline(always)]
     pub fn nearest(deformation_gradient: &Tensor<R>, guess: Self) -> Self {
-        let zero = R::splat(0.0);
-        let mut rotation = guess;
-        let mut done = zero.lt(zero);
-        for _ in 0..MOST_TURNS {
-            let m = rotation.to_tensor().transpose_dot(deformation_gradient);
-            let axial = Vector3([m.at(2, 1) - m.at(1, 2), m.at(0, 2) - m.at(2, 0), m.at(1, 0) - m.at(0, 1)]);
-            let h = axial * R::splat(0.5);
-            // of −A, with cof(−A) = cof A
-            let negative = m.plus_spherical(-m.trace());
-            let cofactor = negative.cofactor();
-            let determinant = -negative.columns[0].dot(cofactor.columns[0]);
-            let per_determinant = determinant.recip();
-            // other rotations make M symmetric as well; at the one of F = R U alone, A is positive definite (minors)
-            let positive_definite = negative.at(0, 0).lt(zero) & cofactor.at(2, 2).gt(zero) & determinant.gt(zero);
+        let (mut rotation, mut done) = guess.turned_towards(deformation_gradient);
+        let mut turns = 1;
+        while !done.all() && turns < MOST_TURNS {
+            let (turned, arrived) = rotation.turned_towards(deformation_gradient);
+            rotation = Self::select(done, rotation, turned);
+            done = done | arrived;
+            turns += 1;
+        }
+        if !done.all() {
+            let found = Self::from_tensor(&polar_rotation(deformation_gradient));
+            let ([w, x, y, z], [a, b, c, d]) = (found.0, guess.0);
+            let cosine = w.mul_add(a, x.mul_add(b, y.mul_add(c, z * d)));
+            let side = R::select(cosine.lt(R::splat(0.0)), R::splat(-1.0), R::splat(1.0));
+            rotation = Self::select(done, rotation, Self(array(|i| found.0[i] * side)));
+        }
+        rotation
+    }
 
-            let mut gibbs = cofactor.transpose_apply(h) * per_determinant;
-            let mut change_squared = gibbs.dot(gibbs);
-            let near = change_squared.lt(R::splat(REACH_SQUARED)) & positive_definite;
-            let mut settled = !near;
-            for _ in 0..MOST_CORRECTIONS {
-                let source = m.transpose_apply(gibbs).cross(gibbs) + h.mul_add(-gibbs.dot(gibbs), h);
-                let corrected = cofactor.transpose_apply(source) * per_determinant;
-                let change = corrected - gibbs;
-                gibbs = Vector3::select(settled, gibbs, corrected);
-                // the next correction would be smaller than this one by as much as this one is than the last
-                let squared = change.dot(change);
-                settled = settled | (squared * squared).le(change_squared * (ROUNDING * ROUNDING));
-                change_squared = squared;
-                if settled.all() {
-                    break;
-                }
-            }
-            rotation = Self::select(done, rotation, rotation.turned_by(gibbs));
-            done = done | (near & settled);
-            if done.all() {
-                return rotation;
+    /// One turn from the guess `self`, and where it has led to the rotation of the polar decomposition.
+    #[inline(always)]
+    fn turned_towards(self, deformation_gradient: &Tensor<R>) -> (Self, R::Mask) {
+        let m = self.to_tensor().transpose_dot(deformation_gradient);
+        let axial = Vector3([m.at(2, 1) - m.at(1, 2), m.at(0, 2) - m.at(2, 0), m.at(1, 0) - m.at(0, 1)]);
+        let h = axial * R::splat(0.5);
+        // of −A, with cof(−A) = cof A
+        let negative = m.plus_spherical(-m.trace());
+        let cofactor = negative.cofactor();
+        let determinant = -negative.columns[0].dot(cofactor.columns[0]);
+        let per_determinant = determinant.recip();
+        // other rotations make M symmetric as well; at the one of F = R U alone, A is positive definite (minors)
+        let zero = R::splat(0.0);
+        let positive_definite = negative.at(0, 0).lt(zero) & cofactor.at(2, 2).gt(zero) & determinant.gt(zero);
+
+        let first = cofactor.transpose_apply(h) * per_determinant;
+        let mut change_squared = first.dot(first);
+        let near = change_squared.lt(R::splat(REACH_SQUARED)) & positive_definite;
+        let mut gibbs = first;
+        let mut settled = zero.lt(zero);
+        for _ in 0..MOST_CORRECTIONS {
+            let shrink = R::splat(1.0) - gibbs.dot(gibbs);
+            let source = h.mul_add(shrink, m.transpose_apply(gibbs).cross(gibbs));
+            let corrected = cofactor.transpose_apply(source) * per_determinant;
+            let change = corrected - gibbs;
+            gibbs = Vector3::select(settled, gibbs, corrected);
+            // the next correction would be smaller than this one by as much as this one is than the last
+            let squared = change.dot(change);
+            settled = settled | (squared * squared).le(change_squared * (ROUNDING * ROUNDING));
+            change_squared = squared;
+            if (settled | !near).all() {
+                break;
             }
         }
-        let found = Self::from_tensor(&polar_rotation(deformation_gradient));
-        let ([w, x, y, z], [a, b, c, d]) = (found.0, guess.0);
-        let cosine = w.mul_add(a, x.mul_add(b, y.mul_add(c, z * d)));
-        let side = R::select(cosine.lt(zero), R::splat(-1.0), R::splat(1.0));
-        Self::select(done, rotation, Self(array(|i| found.0[i] * side)))
+        if !near.all() {
+            gibbs = Vector3::select(near, gibbs, first);
+        }
+        (self.turned_by(gibbs), near & settled)
     }
 
     /// The quaternion of an orthogonal tensor with determinant 1, from the column of 4 q ⊗ q that has the largest
