@@ -162,7 +162,6 @@ impl Simulation {
         self.energies.constraint_work = self.constraint_work.until_now;
         self.energies.contact = -self.contact_work.until_now;
         self.energies.note_in_play();
-        self.momentum = sums.momentum;
     }
 
     fn check(&self) -> Result<(), SimulationError> {
@@ -251,7 +250,6 @@ impl Kick<'_> {
 pub(crate) struct NodeSums {
     kinetic: f64,
     step_change: f64,
-    momentum: [f64; 3],
     constraint_work_before: f64,
     constraint_work_after: f64,
     contact_work_before: f64,
@@ -272,10 +270,6 @@ impl NodeSums {
         // K_n = Σ ½ m |v_{n−½}|² + ½ Δt_{n−½} f_n · v_{n−½} with Δt f_n = m (v_{n+½} − v_{n−½})
         self.kinetic += mass * (0.5 * old_old + share_old * old_change);
         self.step_change += mass * ((0.5 - share_old) * dot(&change, &change));
-        for i in 0..3 {
-            // m v_n, v_n = v_{n−½} + ½ Δt_{n−½} a_n
-            self.momentum[i] += mass * (old[i] + share_old * change[i]);
-        }
     }
 
     /// What impulses on the node change of that, and their work.
@@ -298,7 +292,6 @@ impl NodeSums {
         Self {
             kinetic: self.kinetic + other.kinetic,
             step_change: self.step_change + other.step_change,
-            momentum: std::array::from_fn(|i| self.momentum[i] + other.momentum[i]),
             constraint_work_before: self.constraint_work_before + other.constraint_work_before,
             constraint_work_after: self.constraint_work_after + other.constraint_work_after,
             contact_work_before: self.contact_work_before + other.contact_work_before,

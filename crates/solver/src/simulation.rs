@@ -46,7 +46,6 @@ pub struct Simulation {
     pub(crate) constraint_work: CentredWork,
     pub(crate) contact_work: CentredWork,
     pub(crate) step_change: CentredWork,
-    pub(crate) momentum: [f64; 3],
     pub(crate) mesh: Mesh,
 }
 
@@ -152,7 +151,6 @@ impl Simulation {
             constraint_work: CentredWork::default(),
             contact_work: CentredWork::default(),
             step_change: CentredWork::default(),
-            momentum: [0.0; 3],
             mesh: mesh.clone(),
             loads,
             blocks,
@@ -208,7 +206,9 @@ impl Simulation {
 
     /// Linear momentum Σ m v, kg m/s.
     pub fn momentum(&self) -> [f64; 3] {
-        self.momentum
+        let mass = &self.nodes.mass;
+        let of_node = |node: usize| self.velocity(node).map(|v| mass[node] * v);
+        (0..mass.len()).map(of_node).fold([0.0; 3], |sum, p| [sum[0] + p[0], sum[1] + p[1], sum[2] + p[2]])
     }
 
     /// Angular momentum Σ x × m v about the origin, kg m²/s.

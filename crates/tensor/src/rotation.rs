@@ -54,10 +54,10 @@ impl<R: Real> Rotation<R> {
         let [w, x, y, z] = self.0;
         let [a, b, c] = g.0;
         let product = [
-            w - (x * a + y * b + z * c),
-            x + (w * a + y * c - z * b),
-            y + (w * b + z * a - x * c),
-            z + (w * c + x * b - y * a),
+            (-x).mul_add(a, (-y).mul_add(b, (-z).mul_add(c, w))),
+            w.mul_add(a, y.mul_add(c, (-z).mul_add(b, x))),
+            w.mul_add(b, z.mul_add(a, (-x).mul_add(c, y))),
+            w.mul_add(c, x.mul_add(b, (-y).mul_add(a, z))),
         ];
         Self(product).normalised()
     }
