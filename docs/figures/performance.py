@@ -26,6 +26,6 @@ for position, threads in enumerate(report["threads"]):
     axes.plot(hexes, floor, linestyle=":", color=measured.lines[0].get_color(), label=f"roofline, {label}")
 axes.set(xscale="log", xlabel="hexes", ylabel="ns per element step", ylim=(0, None))
 axes.set_title(f"{problems[0]['rows'][0]['element']}, {problems[0]['rows'][0]['material']}, {problems[0]['lanes']}")
-axes.legend()
+figure.legend(loc="outside lower center", ncols=4)
 axes.grid(alpha=0.3)
 figure.savefig(pathlib.Path(__file__).with_name("performance.png"), dpi=150)
