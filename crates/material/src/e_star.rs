@@ -111,7 +111,8 @@ impl KinematicRule for () {
             });
             let flow = inlined!(|p: R| material.hardening.flow_stress(trial.plastic_strain + p));
             let upper_bound = trial.equivalent_stress * three_mu.recip();
-            plastic_increment(trial.yields, upper_bound, trial.flow_stress, equivalent, flow)
+            let at_zero = (equivalent(R::splat(0.0)), trial.flow_stress);
+            plastic_increment(trial.yields, upper_bound, at_zero, equivalent, flow)
         };
 
         // 2μ Δγ n = 3μ p dev T̃_trial / (√(3/2) ‖dev T̃_trial‖)

@@ -79,7 +79,13 @@ impl KinematicRule for KinematicHardening {
         // √(3/2) ‖η‖ falls or rises by at most C θ² a unit of p, since √(3/2) ‖α̃‖ ≤ C/γ always, and (C θ p)' = C θ²:
         // the left side falls at 3μ or faster. The bracket from ‖η‖ ≤ ‖dev T̃_trial‖ + ‖α̃_n‖.
         let upper_bound = (von_mises(&trial.deviator) + von_mises(&trial.back_stress)) * three_mu.recip();
-        let p = plastic_increment(trial.yields, upper_bound, trial.flow_stress, equivalent, flow);
+        let p = plastic_increment(
+            trial.yields,
+            upper_bound,
+            (equivalent(R::splat(0.0)), trial.flow_stress),
+            equivalent,
+            flow,
+        );
 
         let theta = theta(p);
         let eta = relative(theta);

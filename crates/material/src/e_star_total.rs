@@ -21,7 +21,7 @@ use crate::elastic::stress_power;
 use crate::material::point_state;
 use crate::return_mapping::{Equivalent, plastic_increment};
 use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, SpatialMotion};
-use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, array, inlined};
+use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, inlined};
 
 /// The E* theory in total form.
 #[derive(Clone, Debug)]
@@ -109,17 +109,20 @@ impl EStarTotal {
         let start = Combination([mean, norm, R::splat(0.0)]);
         let returned = inlined!(|p: R| start.times(&Combination::exponential(p * -SQRT_6, determinant), determinant));
 
-        let equivalent = inlined!(|p: R| {
-            let metric = returned(p);
+        let equivalent_of = inlined!(|metric: Combination<R>, length: R| {
             // d b_e/dx = n b_e
             let slope = metric.times_normal(determinant);
-            let length = metric.deviator_dot(&metric, determinant).sqrt();
             let length_slope = metric.deviator_dot(&slope, determinant) / length * -SQRT_6;
             Equivalent { stress: length * scale, slope: length_slope * scale }
         });
+        let equivalent = inlined!(|p: R| {
+            let metric = returned(p);
+            equivalent_of(metric, metric.deviator_dot(&metric, determinant).sqrt())
+        });
         let flow = inlined!(|p: R| self.hardening.flow_stress(plastic_strain + p));
         let upper_bound = norm / (norm.mul_add(R::splat(SQRT_2_THIRDS), mean) * SQRT_6);
-        let p = plastic_increment(outside, upper_bound, flow(R::splat(0.0)), equivalent, flow);
+        let at_zero = (equivalent_of(start, norm), flow(R::splat(0.0)));
+        let p = plastic_increment(outside, upper_bound, at_zero, equivalent, flow);
 
         let Combination([identity, linear, quadratic]) = returned(p);
         Stage {
@@ -238,13 +241,13 @@ impl<R: Real> Combination<R> {
     #[inline(always)]
     fn exponential(x: R, determinant: R) -> Self {
         let quarter = x * 0.25;
-        let mut term = Self([R::splat(1.0), R::splat(0.0), R::splat(0.0)]);
-        let mut sum = term;
-        for order in 1..=11_u32 {
+        let one = R::splat(1.0);
+        // 1 + y n (1 + y n/2 (1 + y n/3 (…))), y = x/4
+        let mut sum = Self([one, R::splat(0.0), R::splat(0.0)]);
+        for order in (1..=11_u32).rev() {
             let scale = quarter * f64::from(order).recip();
-            let next = term.times_normal(determinant);
-            term = Self(array(|i| next.0[i] * scale));
-            sum = Self(array(|i| sum.0[i] + term.0[i]));
+            let [a, b, c] = sum.times_normal(determinant).0;
+            sum = Self([a.mul_add(scale, one), b * scale, c * scale]);
         }
         let squared = sum.times(&sum, determinant);
         squared.times(&squared, determinant)

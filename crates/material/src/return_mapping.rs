@@ -21,13 +21,13 @@ pub(crate) struct Equivalent<R> {
 /// The increment p of ε̄ᵖ that solves q(p) = σ_y(p), where `yields`; zero elsewhere.
 ///
 /// On [0, `upper_bound`] q falls, from above σ_y, and σ_y does not fall, so there is at most one root. Where there is
-/// none, q is above σ_y to the end, and `upper_bound` is the answer. Newton's method from p = 0, where the flow stress is
-/// `flow_at_zero`, kept inside the bracket by trying its end and then by halving. A lane that has converged keeps its bits.
+/// none, q is above σ_y to the end, and `upper_bound` is the answer. Newton's method from p = 0, where both sides are
+/// `at_zero`, kept inside the bracket by trying its end and then by halving. A lane that has converged keeps its bits.
 #[inline(always)]
 pub(crate) fn plastic_increment<R: Real>(
     yields: R::Mask,
     upper_bound: R,
-    flow_at_zero: FlowStress<R>,
+    at_zero: (Equivalent<R>, FlowStress<R>),
     equivalent: impl Fn(R) -> Equivalent<R>,
     flow: impl Fn(R) -> FlowStress<R>,
 ) -> R {
@@ -36,9 +36,8 @@ pub(crate) fn plastic_increment<R: Real>(
     let mut low = zero;
     let mut high = upper_bound;
     let mut increment = zero;
-    let mut y = flow_at_zero;
+    let (mut q, mut y) = at_zero;
     for _ in 0..MOST_ITERATIONS {
-        let q = equivalent(increment);
         let residual = q.stress - y.stress;
         let above = residual.gt(zero);
         low = R::select(above, increment, low);
@@ -59,7 +58,7 @@ pub(crate) fn plastic_increment<R: Real>(
         if !active.any() {
             break;
         }
-        y = flow(increment);
+        (q, y) = (equivalent(increment), flow(increment));
     }
     increment
 }
@@ -81,7 +80,7 @@ mod tests {
             let (stress, slope) = flow(p);
             FlowStress { stress, slope }
         };
-        (plastic_increment(true, upper_bound, flow(0.0), equivalent, flow), evaluations.get())
+        (plastic_increment(true, upper_bound, (equivalent(0.0), flow(0.0)), equivalent, flow), evaluations.get())
     }
 
     #[test]
@@ -117,7 +116,7 @@ mod tests {
     fn lanes_that_do_not_yield_or_are_not_numbers_end_the_search() {
         let equivalent = |p: f64| Equivalent { stress: 2.0 - MODULUS * p, slope: -MODULUS };
         let flow = |_: f64| FlowStress { stress: 1.0, slope: 0.0 };
-        assert_eq!(plastic_increment(false, 1.0, flow(0.0), equivalent, flow), 0.0);
+        assert_eq!(plastic_increment(false, 1.0, (equivalent(0.0), flow(0.0)), equivalent, flow), 0.0);
         let (p, evaluations) = solved(f64::NAN, f64::NAN, |_| (1.0, 0.0));
         assert_eq!((p, evaluations), (0.0, 1));
         let (_, evaluations) = solved(f64::INFINITY, f64::INFINITY, |_| (1.0, 0.0));
