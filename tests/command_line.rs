@@ -493,7 +493,6 @@ fn meshes_are_made_and_described() {
     mesh(&["info", "garbage.msh"]).assert(2, &["garbage.msh"]);
 }
 
-#[cfg(target_os = "linux")]
 #[test]
 fn bench_measures_every_element_and_material() {
     let workshop = Workshop::new();
@@ -548,6 +547,7 @@ fn bench_refuses_what_it_cannot_measure() {
     refused(&["deck.toml"], &["deck.toml"]);
 }
 
+#[cfg(target_os = "linux")]
 #[test]
 fn a_listener_that_goes_away_or_is_full_causes_no_panic() {
     let workshop = Workshop::new();

@@ -22,7 +22,7 @@ use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
 use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metrics};
 use arrayvec::ArrayVec;
 use estar_material::{Material, Motion, PointGradients, StepKinematics};
-use estar_tensor::{Real, Rotation, Tensor, Vector3, array, prefetch};
+use estar_tensor::{Real, Rotation, Tensor, Vector3, array, inlined, prefetch};
 
 /// Corners of an element.
 pub const CORNERS: usize = 8;
@@ -56,7 +56,7 @@ pub enum Formulation {
     FBar,
 }
 
-/// Where the corners are and how they move.
+/// Where the corners are, how they move and what they weigh.
 #[derive(Clone, Copy, Debug)]
 pub struct HexMotion<R> {
     /// X, m.
@@ -65,6 +65,8 @@ pub struct HexMotion<R> {
     pub position: CornerVectors<R>,
     /// v_{n+½}, m/s.
     pub velocity: CornerVectors<R>,
+    /// The smallest lumped mass of a corner, kg.
+    pub corner_mass: R,
 }
 
 /// History of an element's points.
@@ -72,7 +74,7 @@ pub struct HexMotion<R> {
 pub struct HexHistory<State, R> {
     /// History of the material.
     pub states: [State; POINTS],
-    /// Rotations R_n, the first guesses of the next polar decompositions.
+    /// Rotations R_n, the first guesses of the next polar decompositions; none where the theory needs none.
     pub rotations: [Rotation<R>; POINTS],
     /// Stable time step at t_n, s.
     pub stable_time_step: R,
@@ -266,15 +268,14 @@ impl<R: Real> Centre<R> {
 }
 
 /// One step of an element: stress and history of its points at t_{n+1}, the internal force there, energies and the
-/// stable time step on the new geometry. `corner_mass` is the smallest lumped mass of a corner, kg; `upcoming` is the
-/// history of whom it is the turn next, brought near meanwhile.
+/// stable time step on the new geometry. `upcoming` is the history of the pack that comes next, prefetched meanwhile: a
+/// part of it with each point, since all at once would wait for the memory.
 #[inline(always)]
 pub fn advance<R: Real, M: Material>(
     material: &M,
     history: &mut HexHistory<M::State<R>, R>,
     upcoming: Option<&HexHistory<M::State<R>, R>>,
     motion: &HexMotion<R>,
-    corner_mass: R,
     step: &HexStep,
 ) -> HexUpdate<R> {
     let elasticity = material.elasticity();
@@ -296,11 +297,11 @@ pub fn advance<R: Real, M: Material>(
     });
     let viscous_pressure = viscous.map_or(zero, |response| response.pressure);
 
-    let gradients = |point: usize| PointGradients {
+    let gradients = inlined!(|point: usize| PointGradients {
         reference: reference.at(point),
         position: position.at(point),
         velocity: velocity.at(point),
-    };
+    });
     // Each stage takes all points before the next: many short chains of operations side by side keep the processor busier
     // than one long chain a point.
     // (i) F and R of the polar decomposition
@@ -398,9 +399,9 @@ pub fn advance<R: Real, M: Material>(
     };
     let bounds = ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
     let undamped = if f_bar {
-        bounds.stable_time_step_f_bar(&geometry, corner_mass)
+        bounds.stable_time_step_f_bar(&geometry, motion.corner_mass)
     } else {
-        bounds.stable_time_step(&geometry, corner_mass)
+        bounds.stable_time_step(&geometry, motion.corner_mass)
     };
     history.stable_time_step = undamped;
     // −∫∫ q dV̇ dt, the mean pressure of the step on the volume change of all points, as the forces have it

@@ -79,7 +79,8 @@ impl<R: Real> Metrics<R> {
     }
 
     /// The greatest trace, and an upper bound of λ_max from the greatest trace, the smallest α and the greatest β: exact
-    /// for a parallelepiped two of whose principal values of G are equal, and for any other never more than 1 % above.
+    /// (but for 10⁻⁶, upwards) for a parallelepiped two of whose principal values of G are equal, and for any other never
+    /// more than 1 % above.
     #[inline(always)]
     pub fn greatest(self) -> Metric<R> {
         // λ = ⅓ + 2 p cos(⅓ arccos r), p² = (1 − 3 α)/9, r = (2 − 9 α + 27 β)/(54 p³), both rounded up

@@ -216,7 +216,6 @@ struct Advance<'a, M: Material, R: Real> {
     material: &'a M,
     history: &'a mut HexHistory<M::State<R>, R>,
     motion: &'a HexMotion<R>,
-    corner_mass: R,
     step: &'a HexStep,
 }
 
@@ -225,7 +224,7 @@ impl<M: Material, R: Real> Kernel for Advance<'_, M, R> {
 
     #[inline(always)]
     fn run(self) -> HexUpdate<R> {
-        advance(self.material, self.history, None, self.motion, self.corner_mass, self.step)
+        advance(self.material, self.history, None, self.motion, self.step)
     }
 }
 
@@ -261,15 +260,10 @@ impl WithLanes for AllBits<'_> {
             for time in 0..self.paths[first].len() {
                 let position = packed(&|element| self.paths[element][time]);
                 let velocity = std::array::from_fn(|a| (position[a] - old[a]) * R::splat(1.0 / self.step.time_step));
-                let motion = HexMotion { reference, position, velocity };
+                let motion = HexMotion { reference, position, velocity, corner_mass };
                 let step = &self.step;
-                let update = R::vectorize(Advance {
-                    material: &material,
-                    history: &mut history,
-                    motion: &motion,
-                    corner_mass,
-                    step,
-                });
+                let update =
+                    R::vectorize(Advance { material: &material, history: &mut history, motion: &motion, step });
                 old = position;
                 let mut note = |number: R| {
                     for lane in 0..R::LANES {

@@ -30,11 +30,11 @@ const ROUNDED_UP: f64 = 1e-6;
 /// ω² that the element's stable time step stands for.
 fn bound(corners: &Corners, elasticity: &IsotropicElasticity, formulation: Formulation) -> f64 {
     let material = Elastic::new(*elasticity);
-    let at_rest =
-        HexMotion { reference: vectors(corners), position: vectors(corners), velocity: [Vector3([0.0; 3]); 8] };
+    let (position, velocity) = (vectors(corners), [Vector3([0.0; 3]); 8]);
     let corner_mass = smallest(&row_sum_mass(corners, elasticity.density()));
+    let at_rest = HexMotion { reference: position, position, velocity, corner_mass };
     let step = HexStep { formulation, bulk_viscosity: None, time_step: 0.0 };
-    let update = advance(&material, &mut initial_history(&material), None, &at_rest, corner_mass, &step);
+    let update = advance(&material, &mut initial_history(&material), None, &at_rest, &step);
     (2.0 / update.stable_time_step).powi(2)
 }
 

@@ -195,6 +195,7 @@ impl<K: KinematicRule> Material for EStar<K> {
         }
     }
 
+    #[inline(always)]
     fn equivalent_plastic_strain<R: Real>(&self, state: &K::State<R>) -> R {
         K::parts(state).1
     }

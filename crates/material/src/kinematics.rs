@@ -20,9 +20,9 @@ pub struct StepKinematics<R> {
     pub displacement_gradient: Tensor<R>,
     /// F_{n+1}.
     pub deformation_gradient: Tensor<R>,
-    /// Rotation R_n.
+    /// Rotation R_n; none for a [`Motion`] that needs none.
     pub rotation_old: Rotation<R>,
-    /// Rotation R_{n+1} of the polar decomposition of F_{n+1}.
+    /// Rotation R_{n+1} of the polar decomposition of F_{n+1}; none for a [`Motion`] that needs none.
     pub rotation_new: Rotation<R>,
 }
 

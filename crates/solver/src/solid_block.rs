@@ -282,7 +282,8 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
         let mut corner_forces = [[[0.0; 4]; CORNERS]; MOST_LANES];
         self.forces.fill([0.0; 4]);
         let corner = [Vector3::zero(); CORNERS];
-        let mut motion = HexMotion { reference: corner, position: corner, velocity: corner };
+        let mut motion =
+            HexMotion { reference: corner, position: corner, velocity: corner, corner_mass: R::splat(0.0) };
         // nodes are numbered as the elements come to them, so that a share of them a pack keeps ahead of the elements
         let nodes_per_pack = self.nodes.len().div_ceil(self.history.len());
         let mut nodes_ahead = self.nodes.iter();
@@ -309,10 +310,11 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
             gather(&mut motion.reference, self.motion.reference, nodes);
             gather(&mut motion.position, self.motion.displacement, nodes);
             gather(&mut motion.velocity, self.motion.velocity, nodes);
+            motion.corner_mass = corner_mass;
             for (position, reference) in motion.position.iter_mut().zip(&motion.reference) {
                 *position = *reference + *position;
             }
-            let update = hex8::advance(self.material, history, upcoming, &motion, corner_mass, self.step);
+            let update = hex8::advance(self.material, history, upcoming, &motion, self.step);
 
             let mut force_sum = R::splat(0.0);
             for (corner, force) in update.internal_force.iter().enumerate() {

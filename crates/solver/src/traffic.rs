@@ -7,7 +7,8 @@ impl Simulation {
     ///
     /// Each sweep of the step (see `central_difference.rs`) is taken to move all that it touches once: a node that eight
     /// elements gather is read once, a store moves only what it stores, and nothing stays in a cache from one sweep to the
-    /// next. Left out are loads, and the few nodes that are constrained.
+    /// next. Left out are loads, and the few nodes that are constrained. Rotations are counted for theories that need none too:
+    /// they are moved as a part of the history.
     pub fn bytes_per_step(&self) -> usize {
         const VECTOR: usize = size_of::<[f64; 3]>();
         const NUMBER: usize = size_of::<f64>();

@@ -78,16 +78,16 @@ pub fn dispatch<W: WithLanes>(level: LaneLevel, what: W) -> W::Output {
     what.with_lanes::<f64>()
 }
 
-/// Asks for `value` to be brought into the nearest cache.
+/// Asks for `value`, which is not empty, to be brought into the nearest cache.
 #[inline(always)]
 pub fn prefetch<T>(value: &T) {
     #[cfg(target_arch = "x86_64")]
-    for line in (0..size_of::<T>()).step_by(64) {
+    for byte in (0..size_of::<T>()).step_by(64).chain((align_of::<T>() < 64).then_some(size_of::<T>() - 1)) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         // SAFETY: a prefetch reads nothing that the program sees, whatever the address.
         #[allow(unsafe_code)]
         unsafe {
-            _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast::<i8>().wrapping_add(line));
+            _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast::<i8>().wrapping_add(byte));
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
@@ -229,8 +229,10 @@ mod x86 {
 
         #[inline(always)]
         fn scatter([x, y, z]: [Self; 3], rows: &mut [[f64; 4]], stride: usize) {
-            assert!(rows.len() > (Self::LANES - 1) * stride, "rows for all lanes");
+            let last = stride.checked_mul(Self::LANES - 1);
+            assert!(last.is_some_and(|last| last < rows.len()), "rows for all lanes");
             let row = rows.as_mut_ptr().cast::<f64>();
+            // SAFETY: the last lane's row is inside of the rows, and the others come before it.
             unsafe {
                 let zero = _mm256_setzero_pd();
                 let (xy_02, xy_13) = (_mm256_unpacklo_pd(x.0, y.0), _mm256_unpackhi_pd(x.0, y.0));
@@ -399,8 +401,10 @@ mod x86 {
 
         #[inline(always)]
         fn scatter([x, y, z]: [Self; 3], rows: &mut [[f64; 4]], stride: usize) {
-            assert!(rows.len() > (Self::LANES - 1) * stride, "rows for all lanes");
+            let last = stride.checked_mul(Self::LANES - 1);
+            assert!(last.is_some_and(|last| last < rows.len()), "rows for all lanes");
             let row = rows.as_mut_ptr().cast::<f64>();
+            // SAFETY: the last lane's row is inside of the rows, and the others come before it.
             unsafe {
                 let zero = _mm512_setzero_pd();
                 let (xy_0246, xy_1357) = (_mm512_unpacklo_pd(x.0, y.0), _mm512_unpackhi_pd(x.0, y.0));

@@ -200,9 +200,9 @@ impl<R: Real> Rotation<R> {
     }
 }
 
-/// An excess below which the fourth term of the series of (1 + e)^(−½) is beyond the last bit.
+/// An excess, or a shortfall, below which the series of (1 + e)^(−½) and 1/(1 − e) are exact to the last bit.
 const SERIES_REACH: f64 = 1e-4;
-/// Turns before a guess is given up. From 75° off a rigid rotation takes six.
+/// Turns before a guess is given up. From 75° off a rigid rotation takes three, from 89° seven.
 const MOST_TURNS: usize = 8;
 /// Where |g| = tan(½ angle) is below 0.1, corrections shrink fast.
 const REACH_SQUARED: f64 = 0.01;

@@ -122,3 +122,56 @@ fn masks_see_every_lane() {
         dispatch(level, Masks);
     }
 }
+
+struct Moved<'a> {
+    field: &'a [[f64; 3]],
+    indices: &'a [u32],
+    stride: usize,
+}
+
+struct MovedBy<'a, R>(Moved<'a>, std::marker::PhantomData<R>);
+
+impl<R: Real> Kernel for MovedBy<'_, R> {
+    type Output = Vec<[f64; 4]>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<[f64; 4]> {
+        let Moved { field, indices, stride } = self.0;
+        let mut rows = vec![[7.0; 4]; stride * (indices.len() - 1) + 1];
+        for (pack, indices) in indices.chunks(R::LANES).enumerate() {
+            R::scatter(R::gather(field, indices), &mut rows[pack * R::LANES * stride..], stride);
+        }
+        rows
+    }
+}
+
+impl WithLanes for Moved<'_> {
+    type Output = Vec<[f64; 4]>;
+
+    fn with_lanes<R: Real>(self) -> Vec<[f64; 4]> {
+        R::vectorize(MovedBy::<R>(self, std::marker::PhantomData))
+    }
+}
+
+/// The last vector of a field has no neighbour to be read with it, and the rows end with the last lane's.
+#[test]
+fn vectors_arrive_in_the_rows_of_their_lanes_from_anywhere_in_a_field() {
+    let field: Vec<[f64; 3]> = (0..9).map(f64::from).map(|i| [i + 0.1, i + 0.2, i + 0.3]).collect();
+    for indices in [[0, 1, 2, 3, 4, 5, 6, 7], [8, 7, 6, 5, 4, 3, 2, 1], [3, 3, 8, 8, 0, 3, 0, 8]] {
+        for stride in [1, 3, 8] {
+            for level in LaneLevel::ALL {
+                let rows = dispatch(level, Moved { field: &field, indices: &indices, stride });
+                for (place, row) in rows.iter().enumerate() {
+                    let vector = |lane: usize| field[indices[lane] as usize];
+                    let expected = if place % stride == 0 {
+                        let [x, y, z] = vector(place / stride);
+                        [x, y, z, 0.0]
+                    } else {
+                        [7.0; 4]
+                    };
+                    assert_eq!(*row, expected, "{indices:?}, stride {stride}, {level:?}, row {place}");
+                }
+            }
+        }
+    }
+}

@@ -72,7 +72,7 @@ pub struct Problem {
     pub lanes: &'static str,
     /// Hexes of the mesh.
     pub hexes: usize,
-    /// Triad of as many bytes as a step moves.
+    /// Triad of as many bytes as a step of the first row moves.
     pub triad: Bandwidth,
     /// Elements and materials.
     pub rows: Vec<Row>,
@@ -89,7 +89,7 @@ pub struct Row {
     pub elastic: Counts,
     /// Operations of one in which every point yields.
     pub yielding: Counts,
-    /// Share of the hexes that yield in the steps that were timed.
+    /// Share of the hexes that yield in the step before those that were timed.
     pub yielding_share: f64,
     /// Flops of an element step, the mean of both kinds of hexes.
     pub flops: f64,

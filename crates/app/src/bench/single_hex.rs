@@ -35,7 +35,6 @@ pub struct SingleHex<'a, M: Material, R: Real> {
     material: &'a M,
     history: HexHistory<M::State<R>, R>,
     motion: HexMotion<R>,
-    corner_mass: R,
     step: HexStep,
 }
 
@@ -63,8 +62,12 @@ impl<'a, M: Material, R: Real> SingleHex<'a, M, R> {
                 stable_time_step: R::splat(0.0),
                 viscous_pressure: R::splat(0.0),
             },
-            motion: HexMotion { reference, position: reference, velocity: array(|a| vector(velocity(corner(a)))) },
-            corner_mass: lumped_mass.into_iter().reduce(R::min).expect("eight corners"),
+            motion: HexMotion {
+                reference,
+                position: reference,
+                velocity: array(|a| vector(velocity(corner(a)))),
+                corner_mass: lumped_mass.into_iter().reduce(R::min).expect("eight corners"),
+            },
             step: HexStep { formulation, bulk_viscosity: None, time_step: 0.0 },
         };
         hex.step.time_step = 0.9 * hex.advance().stable_time_step.lane(0);
@@ -96,7 +99,7 @@ impl<M: Material, R: Real> Kernel for Step<'_, '_, M, R> {
         for (position, velocity) in hex.motion.position.iter_mut().zip(&hex.motion.velocity) {
             *position = velocity.mul_add(R::splat(hex.step.time_step), *position);
         }
-        hex8::advance(hex.material, &mut hex.history, None, &hex.motion, hex.corner_mass, &hex.step)
+        hex8::advance(hex.material, &mut hex.history, None, &hex.motion, &hex.step)
     }
 }
 

@@ -160,7 +160,7 @@ pub fn moved<M: Material>(
     step: &HexStep,
 ) -> HexUpdate<f64> {
     let velocity = std::array::from_fn(|a| Vector3(std::array::from_fn(|i| (new[a][i] - old[a][i]) / step.time_step)));
-    let motion = HexMotion { reference: vectors(reference), position: vectors(new), velocity };
-    let mass = smallest(&row_sum_mass(reference, material.elasticity().density()));
-    advance(material, history, None, &motion, mass, step)
+    let corner_mass = smallest(&row_sum_mass(reference, material.elasticity().density()));
+    let motion = HexMotion { reference: vectors(reference), position: vectors(new), velocity, corner_mass };
+    advance(material, history, None, &motion, step)
 }
