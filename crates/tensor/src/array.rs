@@ -13,7 +13,7 @@ pub fn array<T: Copy, const N: usize>(mut value: impl FnMut(usize) -> T) -> [T; 
     all
 }
 
-/// A closure that is always inlined, for kernels that call one more than once: see [`array`].
+/// A closure that is always inlined, for kernels that call one more than once: see [`array()`].
 #[macro_export]
 macro_rules! inlined {
     ($($closure:tt)+) => {{
