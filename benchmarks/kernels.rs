@@ -10,7 +10,7 @@ use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use estar::bench::single_hex::{Pace, STEPS_BEFORE, SingleHex};
 use estar::bench::taylor_bar::{ELEMENTS, materials};
 use estar::deck::model::element_name;
-use estar_material::{Material, MaterialModel, Motion, StepKinematics};
+use estar_material::{Material, MaterialVisitor, Motion, StepKinematics};
 use estar_solver::LaneLevel;
 use estar_solver::model::Formulation;
 use estar_tensor::{Kernel, Real, Rotation, Tensor, WithLanes, dispatch};
@@ -152,11 +152,23 @@ fn enter(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, seconds: impl Fn(
     });
 }
 
-fn of_material<M: Material>(group: &mut BenchmarkGroup<'_, WallTime>, level: LaneLevel, name: &str, material: &M) {
-    enter(group, &format!("update, {name}"), || dispatch(level, UpdateTime(material)));
-    for element in ELEMENTS {
-        let time = || dispatch(level, AdvanceTime { material, element });
-        enter(group, &format!("{}, {name}", element_name(element)), time);
+/// Times of one material with the instructions of one level.
+struct TimesOf<'a, 'g> {
+    group: &'a mut BenchmarkGroup<'g, WallTime>,
+    level: LaneLevel,
+    name: &'a str,
+}
+
+impl MaterialVisitor for TimesOf<'_, '_> {
+    type Output = ();
+
+    fn visit<M: Material>(self, material: &M) {
+        let Self { group, level, name } = self;
+        enter(group, &format!("update, {name}"), || dispatch(level, UpdateTime(material)));
+        for element in ELEMENTS {
+            let time = || dispatch(level, AdvanceTime { material, element });
+            enter(group, &format!("{}, {name}", element_name(element)), time);
+        }
     }
 }
 
@@ -168,12 +180,7 @@ fn kernels(criterion: &mut Criterion) {
             enter(&mut group, name, || dispatch(level, PolarTime { angle }));
         }
         for (name, material) in materials() {
-            match &material {
-                MaterialModel::Elastic(material) => of_material(&mut group, level, name, material),
-                MaterialModel::EStar(material) => of_material(&mut group, level, name, material),
-                MaterialModel::EStarKinematic(material) => of_material(&mut group, level, name, material),
-                MaterialModel::EStarTotal(material) => of_material(&mut group, level, name, material),
-            }
+            material.visit(TimesOf { group: &mut group, level, name });
         }
         group.finish();
     }

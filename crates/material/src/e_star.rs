@@ -14,6 +14,7 @@
 //! Parameters: elasticity, isotropic and kinematic hardening. History: T̃, ε̄ᵖ and, where the surface moves, α̃.
 
 use crate::elastic::stress_power;
+use crate::factors::{elastic_strain, plastic_metric_under};
 use crate::material::point_state;
 use crate::return_mapping::{Equivalent, plastic_increment};
 use crate::{FlowStress, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, PointState, RotatedMotion};
@@ -49,6 +50,9 @@ pub trait KinematicRule: Clone + Send + Sync + 'static {
 
     /// The history of T̃, ε̄ᵖ and α̃.
     fn state<R: Real>(stress: SymmetricTensor<R>, strain: R, back_stress: SymmetricTensor<R>) -> Self::State<R>;
+
+    /// √(3/2) n : dα̃/dε̄ᵖ, Pa, where the flow has the direction of `relative` = dev T̃ − α̃.
+    fn back_stress_slope(&self, back_stress: &SymmetricTensor<f64>, relative: &SymmetricTensor<f64>) -> f64;
 
     /// The return of an inadmissible trial stress to the yield surface.
     fn return_mapping<R: Real>(&self, trial: &Trial<R>, material: &EStar<Self>) -> Return<R>;
@@ -95,6 +99,10 @@ impl KinematicRule for () {
     #[inline(always)]
     fn state<R: Real>(stress: SymmetricTensor<R>, strain: R, _: SymmetricTensor<R>) -> EStarState<R> {
         EStarState { rotated_stress: stress, equivalent_plastic_strain: strain }
+    }
+
+    fn back_stress_slope(&self, _: &SymmetricTensor<f64>, _: &SymmetricTensor<f64>) -> f64 {
+        0.0
     }
 
     /// Radial return with p = Δε̄ᵖ: √(3/2) ‖dev T̃_trial‖ − 3μ p = σ_y(ε̄ᵖ_n + p), n = dev T̃_trial/‖dev T̃_trial‖.
@@ -204,6 +212,19 @@ impl<K: KinematicRule> Material for EStar<K> {
     #[inline(always)]
     fn cauchy_stress<R: Real>(&self, state: &K::State<R>, rotation: Rotation<R>) -> SymmetricTensor<R> {
         K::parts(state).0.pushed_by(&rotation.to_tensor())
+    }
+
+    fn plastic_metric(&self, state: &K::State<f64>, metric: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
+        plastic_metric_under(&elastic_strain(&self.elasticity, &K::parts(state).0), metric)
+    }
+
+    /// Φ = H/(3μ + H), H the slope of the flow stress and of the back stress in the direction of flow.
+    fn hardening_index(&self, state: &K::State<f64>) -> Option<f64> {
+        let (stress, strain, back_stress) = K::parts(state);
+        let relative = stress.deviator() - back_stress;
+        let slope =
+            self.hardening.flow_stress(strain).slope + self.kinematic.back_stress_slope(&back_stress, &relative);
+        Some(slope / (3.0 * self.elasticity.shear_modulus() + slope))
     }
 }
 

@@ -49,6 +49,12 @@ impl KinematicRule for KinematicHardening {
         }
     }
 
+    /// C − γ √(3/2) n : α̃.
+    fn back_stress_slope(&self, back_stress: &SymmetricTensor<f64>, relative: &SymmetricTensor<f64>) -> f64 {
+        let along = 1.5 * relative.double_dot(back_stress) / von_mises(relative).max(f64::MIN_POSITIVE);
+        self.modulus() - self.recovery() * along
+    }
+
     /// Return with p = Δε̄ᵖ and θ = 1/(1 + γ p), backward Euler:
     ///
     /// α̃_{n+1} = θ (α̃_n + ⅔ C Δγ n), η = dev T̃_trial − θ α̃_n, n = η/‖η‖, Δγ = √(3/2) p,

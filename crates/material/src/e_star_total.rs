@@ -218,6 +218,16 @@ impl Material for EStarTotal {
     fn cauchy_stress<R: Real>(&self, state: &EStarTotalState<R>, _: Rotation<R>) -> SymmetricTensor<R> {
         state.stress
     }
+
+    fn plastic_metric(&self, state: &EStarTotalState<f64>, _: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
+        state.inverse_plastic_metric.to_tensor().inverse().symmetric_part()
+    }
+
+    /// Φ = H/(3μ + H), to the order of the elastic strain.
+    fn hardening_index(&self, state: &EStarTotalState<f64>) -> Option<f64> {
+        let slope = self.hardening.flow_stress(state.equivalent_plastic_strain).slope;
+        Some(slope / (3.0 * self.elasticity.shear_modulus() + slope))
+    }
 }
 
 /// `metric`, whose determinant is 1 but for rounding, without that rounding: det C_p⁻¹ does not drift, however many steps

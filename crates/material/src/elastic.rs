@@ -64,11 +64,19 @@ impl Material for Elastic {
     fn cauchy_stress<R: Real>(&self, state: &ElasticState<R>, rotation: Rotation<R>) -> SymmetricTensor<R> {
         state.rotated_stress.pushed_by(&rotation.to_tensor())
     }
+
+    fn plastic_metric(&self, _: &ElasticState<f64>, _: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
+        SymmetricTensor::spherical(1.0)
+    }
+
+    fn hardening_index(&self, _: &ElasticState<f64>) -> Option<f64> {
+        None
+    }
 }
 
 /// T̃_n + 2μ dev(Δt D̃) + k tr(Δt D̃) I = T̃_n + 2μ Δt D̃ + λ tr(Δt D̃) I.
 #[inline(always)]
-fn predicted_stress<R: Real>(
+pub(crate) fn predicted_stress<R: Real>(
     elasticity: &IsotropicElasticity,
     stress_old: &SymmetricTensor<R>,
     strain_increment: &SymmetricTensor<R>,

@@ -95,3 +95,13 @@ impl<R: Real> Motion<R> for SpatialMotion<R> {
         }
     }
 }
+
+/// For theories that need all of the motion.
+impl<R: Real> Motion<R> for StepKinematics<R> {
+    const NEEDS_ROTATION: bool = true;
+
+    #[inline(always)]
+    fn new(step: &StepKinematics<R>) -> Self {
+        *step
+    }
+}

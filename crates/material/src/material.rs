@@ -1,6 +1,9 @@
 //! The seam between a theory and what drives it.
 
-use crate::{EStar, EStarTotal, Elastic, IsotropicElasticity, IsotropicHardening, KinematicHardening, Motion};
+use crate::{
+    EStar, EStarTotal, Elastic, Hypoelastic, IsotropicElasticity, IsotropicHardening, KinematicHardening, Motion,
+    ObjectiveRate,
+};
 use estar_tensor::{Real, Rotation, SymmetricTensor};
 
 /// A constitutive theory with its parameters.
@@ -27,6 +30,13 @@ pub trait Material: Clone + Send + Sync + 'static {
 
     /// ε̄ᵖ of a history. Implementations are `#[inline(always)]`.
     fn equivalent_plastic_strain<R: Real>(&self, state: &Self::State<R>) -> R;
+
+    /// Plastic metric C_p = U_p² of a history, where `metric` is C = FᵀF: what is told of a point, no part of a step.
+    fn plastic_metric(&self, state: &Self::State<f64>, metric: &SymmetricTensor<f64>) -> SymmetricTensor<f64>;
+
+    /// Φ = f̂/ĝ of a history that flows (de Vera 2016, eq. 3.28-3.30): positive where the material hardens, zero where it
+    /// is perfectly plastic, negative where it softens. None where it cannot flow.
+    fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64>;
 }
 
 /// The numbers of a history, in one fixed order: for hashes, for files, for copies from lane to lane.
@@ -75,8 +85,10 @@ pub struct MaterialUpdate<R, State> {
 /// Every material that a deck can name: one variant a theory.
 #[derive(Clone, Debug)]
 pub enum MaterialModel {
-    /// Isotropic elasticity in rate form.
+    /// Isotropic elasticity in rate form with the box rate.
     Elastic(Elastic),
+    /// Isotropic elasticity in rate form with another objective rate.
+    Hypoelastic(Hypoelastic),
     /// E* theory, box-rate update, isotropic hardening.
     EStar(EStar<()>),
     /// E* theory, box-rate update, isotropic and kinematic hardening.
@@ -85,10 +97,38 @@ pub enum MaterialModel {
     EStarTotal(EStarTotal),
 }
 
+/// Work for [`MaterialModel::visit`], the same for every theory.
+pub trait MaterialVisitor {
+    /// What the work returns.
+    type Output;
+
+    /// Does the work with the theory of the model.
+    fn visit<M: Material>(self, material: &M) -> Self::Output;
+}
+
 impl MaterialModel {
+    /// Hands the theory to the visitor. This is the only place that tells one theory from another.
+    pub fn visit<V: MaterialVisitor>(&self, visitor: V) -> V::Output {
+        match self {
+            Self::Elastic(material) => visitor.visit(material),
+            Self::Hypoelastic(material) => visitor.visit(material),
+            Self::EStar(material) => visitor.visit(material),
+            Self::EStarKinematic(material) => visitor.visit(material),
+            Self::EStarTotal(material) => visitor.visit(material),
+        }
+    }
+
     /// Isotropic elasticity in rate form: T□ = 2μ dev D + k tr(D) I.
     pub fn elastic(elasticity: IsotropicElasticity) -> Self {
         Self::Elastic(Elastic::new(elasticity))
+    }
+
+    /// Isotropic elasticity in rate form, with any objective rate of the Cauchy stress.
+    pub fn hypoelastic(elasticity: IsotropicElasticity, rate: ObjectiveRate) -> Self {
+        match rate {
+            ObjectiveRate::Box => Self::elastic(elasticity),
+            rate => Self::Hypoelastic(Hypoelastic::new(elasticity, rate)),
+        }
     }
 
     /// E* theory in the box-rate update.
@@ -110,12 +150,17 @@ impl MaterialModel {
     }
 
     /// Density and elastic constants.
-    pub fn elasticity(&self) -> &IsotropicElasticity {
-        match self {
-            Self::Elastic(material) => material.elasticity(),
-            Self::EStar(material) => material.elasticity(),
-            Self::EStarKinematic(material) => material.elasticity(),
-            Self::EStarTotal(material) => material.elasticity(),
-        }
+    pub fn elasticity(&self) -> IsotropicElasticity {
+        self.visit(ElasticityOf)
+    }
+}
+
+struct ElasticityOf;
+
+impl MaterialVisitor for ElasticityOf {
+    type Output = IsotropicElasticity;
+
+    fn visit<M: Material>(self, material: &M) -> IsotropicElasticity {
+        *material.elasticity()
     }
 }

@@ -1,7 +1,11 @@
 //! The material-point driver: a material along a path of deformation gradients, without a mesh.
+//!
+//! [`drive`] takes a path that gives all of F; [`follow`] one that gives F as far as a [`Control`] says, where the lateral
+//! stretches of a test under uniaxial stress are found step by step.
 
+use crate::factors::{Factors, metric, strain};
 use crate::{Material, MaterialUpdate, Motion, PointGradients, StepKinematics};
-use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor};
+use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3};
 
 /// One material point with its history.
 #[derive(Clone, Debug)]
@@ -106,4 +110,296 @@ pub fn drive<'a, M: Material>(
         visit(time, &point);
     }
     point
+}
+
+/// The deformation gradient at the end of a step as far as a path gives it.
+#[derive(Clone, Copy, Debug)]
+pub struct Control {
+    deformation_gradient: Tensor<f64>,
+    free_axes: &'static [usize],
+}
+
+impl Control {
+    /// All of F.
+    pub fn deformation_gradient(deformation_gradient: Tensor<f64>) -> Self {
+        Self { deformation_gradient, free_axes: &[] }
+    }
+
+    /// F = diag(λ, 1, 1).
+    pub fn uniaxial_strain(stretch: f64) -> Self {
+        Self::deformation_gradient(diagonal([stretch, 1.0, 1.0]))
+    }
+
+    /// F = diag(λ, λ₂, λ₃) with the λ₂ and λ₃ that leave T₂₂ = T₃₃ = 0.
+    pub fn uniaxial_stress(stretch: f64) -> Self {
+        Self { free_axes: &[1, 2], ..Self::uniaxial_strain(stretch) }
+    }
+
+    /// F = diag(λ, λ₂, 1) with the λ₂ that leaves T₂₂ = 0.
+    pub fn plane_strain_tension(stretch: f64) -> Self {
+        Self { free_axes: &[1], ..Self::uniaxial_strain(stretch) }
+    }
+
+    /// F = I + γ e₁ ⊗ e₂.
+    pub fn simple_shear(shear: f64) -> Self {
+        Self::deformation_gradient(Tensor::from_rows([[1.0, shear, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
+    }
+
+    /// F with the components F_ii of the free axes multiplied by e^`logarithms[i]` from those of `last`.
+    fn stretched(&self, last: &Tensor<f64>, logarithms: Vector3<f64>) -> Tensor<f64> {
+        let mut gradient = self.deformation_gradient;
+        for &axis in self.free_axes {
+            gradient.columns[axis].0[axis] = last.at(axis, axis) * logarithms.0[axis].exp();
+        }
+        gradient
+    }
+}
+
+fn diagonal([a, b, c]: [f64; 3]) -> Tensor<f64> {
+    SymmetricTensor([a, b, c, 0.0, 0.0, 0.0]).to_tensor()
+}
+
+/// A step that cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PointError {
+    /// det F is not positive at the end of the step.
+    #[error("det F = {jacobian:.4e} is not positive: no body can be deformed so")]
+    Inverted {
+        /// det F.
+        jacobian: f64,
+    },
+    /// det F is almost zero or negative half way from one deformation gradient to the next.
+    #[error(
+        "one step turns or squeezes too far: half way along a straight line det F = {jacobian:.4e}; take more steps"
+    )]
+    StepTooLarge {
+        /// det F half way.
+        jacobian: f64,
+    },
+    /// A stress is not finite.
+    #[error("the stress is not finite: the deformation or the stiffness is beyond what numbers hold")]
+    NotFinite,
+    /// No lateral stretch leaves the lateral stress zero.
+    #[error(
+        "no lateral stretch was found that leaves the lateral stress zero; the least is {stress:.4e} Pa; take more steps"
+    )]
+    NoBalance {
+        /// The lateral stress that is left, Pa.
+        stress: f64,
+    },
+}
+
+/// A path that could not be followed to its end.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("step {step}, from time {time_old:?} s to {time:?} s: {error}")]
+pub struct PathError {
+    /// The step, from 1.
+    pub step: usize,
+    /// Where it began, s.
+    pub time_old: f64,
+    /// Where it should have ended, s.
+    pub time: f64,
+    /// Why it could not be made.
+    pub error: PointError,
+}
+
+/// A trial of a controlled step.
+struct Trial<'a, M: Material> {
+    point: MaterialPoint<'a, M>,
+    /// T_ii of the free axes, zero elsewhere, Pa.
+    residual: Vector3<f64>,
+    logarithms: Vector3<f64>,
+}
+
+impl<'a, M: Material> Trial<'a, M> {
+    fn size(&self) -> f64 {
+        self.residual.0.iter().fold(0.0, |largest, stress| largest.max(stress.abs()))
+    }
+}
+
+/// Volume half way through a step beside that at its ends. A turn by half a revolution has none half way; one by 179.9
+/// degrees has this.
+const FLATTEST: f64 = 7e-7;
+/// A stress this small beside the P-wave modulus is zero.
+const BALANCED: f64 = 1e-10;
+/// A stress this small beside the P-wave modulus is rounding.
+const ROUNDING: f64 = 1e-15;
+/// Corrections of the lateral stretches. Newton's method takes three to six, and more only across a corner of the response.
+const MOST_CORRECTIONS: usize = 50;
+/// Halvings of a correction until it helps.
+const MOST_HALVINGS: i32 = 40;
+/// Difference in a logarithmic stretch from which a slope is taken.
+const SLOPE_STEP: f64 = 1e-8;
+/// Logarithmic stretch that no correction exceeds.
+const LARGEST_CORRECTION: f64 = 0.5;
+
+impl<'a, M: Material> MaterialPoint<'a, M> {
+    /// Moves the point to the deformation gradient of `control`, in a straight line and in the time `time_step` (s). On
+    /// failure the point stays as it is.
+    ///
+    /// # Errors
+    /// The deformation gradient, or the one half way to it, is not that of a body, or no lateral stretch is found.
+    pub fn follow(&mut self, control: &Control, time_step: f64) -> Result<(), PointError> {
+        if control.free_axes.is_empty() {
+            *self = self.moved(&control.deformation_gradient, time_step)?;
+            return Ok(());
+        }
+        let trial = |logarithms: Vector3<f64>| -> Result<Trial<'a, M>, PointError> {
+            let target = control.stretched(&self.deformation_gradient, logarithms);
+            let point = self.moved(&target, time_step)?;
+            let mut residual = Vector3::zero();
+            for &axis in control.free_axes {
+                residual.0[axis] = point.stress.0[axis];
+            }
+            Ok(Trial { point, residual, logarithms })
+        };
+        let modulus = self.material.elasticity().p_wave_modulus();
+        let mut best = trial(Vector3::zero())?;
+        for _ in 0..MOST_CORRECTIONS {
+            if best.size() <= ROUNDING * modulus {
+                break;
+            }
+            // ∂T_ii/∂ln λ_j by differences; the identity where an axis is not free
+            let mut slope = Tensor::identity();
+            for &axis in control.free_axes {
+                let mut logarithms = best.logarithms;
+                logarithms.0[axis] += SLOPE_STEP;
+                let moved = trial(logarithms)?;
+                slope.columns[axis] = (moved.residual - best.residual) * SLOPE_STEP.recip();
+            }
+            // Newton's correction, halved until the stress falls
+            let mut correction = slope.inverse().apply(best.residual) * -1.0;
+            let longest = correction.0.iter().fold(0.0_f64, |longest, c| longest.max(c.abs()));
+            correction = correction * (LARGEST_CORRECTION / longest).min(1.0);
+            let shorter = (0..MOST_HALVINGS).map(|halvings| correction * 0.5_f64.powi(halvings));
+            let mut tried = shorter.filter_map(|correction| trial(best.logarithms + correction).ok());
+            let Some(better) = tried.find(|next| next.size() < best.size()) else { break };
+            best = better;
+        }
+        if best.size() > BALANCED * modulus {
+            return Err(PointError::NoBalance { stress: best.size() });
+        }
+        *self = best.point;
+        Ok(())
+    }
+
+    /// The point after a step to `target`.
+    fn moved(&self, target: &Tensor<f64>, time_step: f64) -> Result<Self, PointError> {
+        let jacobian = target.determinant();
+        if !(jacobian > 0.0 && jacobian.is_finite()) {
+            return Err(PointError::Inverted { jacobian });
+        }
+        let half = ((*target + self.deformation_gradient) * 0.5).determinant();
+        if half.is_nan() || half < FLATTEST * jacobian.min(self.deformation_gradient.determinant()) {
+            return Err(PointError::StepTooLarge { jacobian: half });
+        }
+        let mut moved = self.clone();
+        moved.advance(target, time_step);
+        if moved.stress.0.iter().all(|component| component.is_finite()) {
+            Ok(moved)
+        } else {
+            Err(PointError::NotFinite)
+        }
+    }
+
+    /// What there is to tell of the point.
+    pub fn observation(&self) -> Observation {
+        let gradient = self.deformation_gradient;
+        let inverse = gradient.inverse();
+        let right_metric = metric(&gradient);
+        let plastic_metric = self.material.plastic_metric(&self.state, &right_metric);
+        let factors = Factors::new(&gradient, &plastic_metric);
+        Observation {
+            deformation_gradient: gradient,
+            stress: self.stress,
+            rotated_stress: self.rotated_stress(),
+            // S = J F⁻¹ T F⁻ᵀ
+            second_piola_stress: self.stress.pushed_by(&inverse) * gradient.determinant(),
+            green_strain: strain(&right_metric),
+            plastic_strain: factors.plastic_strain(),
+            elastic_strain: factors.elastic_strain(),
+            equivalent_plastic_strain: self.equivalent_plastic_strain(),
+            hardening_index: self.material.hardening_index(&self.state),
+            plastic_dissipation: self.plastic_dissipation,
+            internal_energy: self.internal_energy,
+            plastic_determinant: plastic_metric.determinant(),
+        }
+    }
+}
+
+/// What there is to tell of a point at a moment.
+#[derive(Clone, Copy, Debug)]
+pub struct Observation {
+    /// F.
+    pub deformation_gradient: Tensor<f64>,
+    /// Cauchy stress T, Pa.
+    pub stress: SymmetricTensor<f64>,
+    /// Rotated Cauchy stress RᵀTR, Pa.
+    pub rotated_stress: SymmetricTensor<f64>,
+    /// Second Piola-Kirchhoff stress S, Pa.
+    pub second_piola_stress: SymmetricTensor<f64>,
+    /// Green strain E = ½ (C − I).
+    pub green_strain: SymmetricTensor<f64>,
+    /// E_p = ½ (C_p − I).
+    pub plastic_strain: SymmetricTensor<f64>,
+    /// E_* = U_p⁻¹ (E − E_p) U_p⁻¹.
+    pub elastic_strain: SymmetricTensor<f64>,
+    /// ε̄ᵖ.
+    pub equivalent_plastic_strain: f64,
+    /// Φ, where the material can flow.
+    pub hardening_index: Option<f64>,
+    /// What plastic flow has dissipated, J per m³ of reference volume.
+    pub plastic_dissipation: f64,
+    /// Stress power integrated over time, J per m³ of reference volume.
+    pub internal_energy: f64,
+    /// det C_p.
+    pub plastic_determinant: f64,
+}
+
+/// The point after the path `control(time)` at the `times` (s), at the first of which it is undeformed; `visit` sees it
+/// after each step.
+///
+/// # Errors
+/// A step that cannot be made.
+pub fn follow<'a, M: Material>(
+    material: &'a M,
+    control: impl Fn(f64) -> Control,
+    times: &[f64],
+    mut visit: impl FnMut(f64, &MaterialPoint<'a, M>),
+) -> Result<MaterialPoint<'a, M>, PathError> {
+    let mut point = MaterialPoint::new(material);
+    for (index, pair) in times.windows(2).enumerate() {
+        let [time_old, time] = [pair[0], pair[1]];
+        point.follow(&control(time), time - time_old).map_err(|error| PathError {
+            step: index + 1,
+            time_old,
+            time,
+            error,
+        })?;
+        visit(time, &point);
+    }
+    Ok(point)
+}
+
+/// A measure of the stretch λ of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StretchMeasure {
+    /// ½ (λ² − 1).
+    GreenLagrange,
+    /// λ.
+    Stretch,
+    /// ln λ.
+    Logarithmic,
+}
+
+impl StretchMeasure {
+    /// λ, if the value is one that a stretch can have.
+    pub fn stretch(self, value: f64) -> Option<f64> {
+        let stretch = match self {
+            Self::GreenLagrange => (1.0 + 2.0 * value).sqrt(),
+            Self::Stretch => value,
+            Self::Logarithmic => value.exp(),
+        };
+        (stretch > 0.0 && stretch.is_finite()).then_some(stretch)
+    }
 }

@@ -3,7 +3,7 @@
 //! Loading: simple shear, uniaxial stress and isochoric tension at one material point. Source: de Vera 2016, chapters 6
 //! and 7; Armstrong & Frederick 1966; the laws themselves.
 
-use estar_material::point::{MaterialPoint, drive};
+use estar_material::point::{Control, MaterialPoint, drive, follow};
 use estar_material::{
     EStar, EStarTotal, Elastic, ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, Material,
 };
@@ -77,37 +77,10 @@ fn elastic_simple_shear_to_ten_meets_the_closed_form_at_second_order() {
     assert!(errors[3] < 1e-6, "{errors:?}");
 }
 
-/// The point at the axial Green strain `strain`, with the lateral stretch that leaves the lateral stress zero; regula
-/// falsi has no need of a slope.
-fn uniaxial_step<'a, M: Material>(point: &MaterialPoint<'a, M>, strain: f64) -> MaterialPoint<'a, M> {
-    let stretch = (1.0 + 2.0 * strain).sqrt();
-    let lateral_stress = |lateral: f64| {
-        let mut trial = point.clone();
-        trial.advance(&Tensor::from_rows([[stretch, 0.0, 0.0], [0.0, lateral, 0.0], [0.0, 0.0, lateral]]), 1.0);
-        (trial.stress().0[1], trial)
-    };
-    // secant from the two guesses: the lateral stretch of the last step, and an isochoric step
-    let gradient = point.deformation_gradient();
-    let (mut a, mut b) = (gradient.at(1, 1), gradient.at(1, 1) * (gradient.at(0, 0) / stretch).sqrt());
-    let mut stress_a = lateral_stress(a).0;
-    for _ in 0..50 {
-        let (stress_b, trial) = lateral_stress(b);
-        if stress_b.abs() < 1e-3 {
-            return trial;
-        }
-        (a, b, stress_a) = (b, b - stress_b * (b - a) / (stress_b - stress_a), stress_b);
-    }
-    panic!("no lateral stretch at E11 = {strain}");
-}
-
 /// Uniaxial stress to E₁₁ = 0.2 in 400 steps; `visit` sees E₁₁ and the point.
-fn uniaxial_stress<M: Material>(material: &M, mut visit: impl FnMut(f64, &MaterialPoint<'_, M>)) {
-    let mut point = MaterialPoint::new(material);
-    for step in 1..=400 {
-        let strain = 0.2 * f64::from(step) / 400.0;
-        point = uniaxial_step(&point, strain);
-        visit(strain, &point);
-    }
+fn uniaxial_stress<M: Material>(material: &M, visit: impl FnMut(f64, &MaterialPoint<'_, M>)) {
+    let strains: Vec<f64> = (0..=400).map(|step| 0.2 * f64::from(step) / 400.0).collect();
+    follow(material, |strain| Control::uniaxial_stress((1.0 + 2.0 * strain).sqrt()), &strains, visit).unwrap();
 }
 
 /// S₁₁ = J F₁₁⁻² T₁₁.

@@ -3,7 +3,7 @@
 use crate::model::Part;
 use crate::patch::{PATCH, Patches};
 use estar_element::hex8::{self, CORNERS, CornerVectors, HexHistory, HexMotion, HexStep, POINTS};
-use estar_material::{Material, MaterialModel, PointState};
+use estar_material::{Material, MaterialVisitor, PointState};
 use estar_tensor::{
     Kernel, LaneLevel, Mask, Real, Rotation, SymmetricTensor, Vector3, WithLanes, array, dispatch, prefetch,
 };
@@ -118,11 +118,19 @@ pub(crate) trait ElementBlock: Send + Sync {
 pub(crate) fn block(part: Part, hexes: &[[u32; 8]], corner_mass: Vec<f64>, level: LaneLevel) -> Box<dyn ElementBlock> {
     let connectivity = part.hexes.iter().map(|&hex| hexes[hex as usize]).collect();
     let elements = Elements { hexes: part.hexes, connectivity, corner_mass };
-    match part.material {
-        MaterialModel::Elastic(material) => dispatch(level, NewBlock { elements, material }),
-        MaterialModel::EStar(material) => dispatch(level, NewBlock { elements, material }),
-        MaterialModel::EStarKinematic(material) => dispatch(level, NewBlock { elements, material }),
-        MaterialModel::EStarTotal(material) => dispatch(level, NewBlock { elements, material }),
+    part.material.visit(BlockOf { elements, level })
+}
+
+struct BlockOf {
+    elements: Elements,
+    level: LaneLevel,
+}
+
+impl MaterialVisitor for BlockOf {
+    type Output = Box<dyn ElementBlock>;
+
+    fn visit<M: Material>(self, material: &M) -> Box<dyn ElementBlock> {
+        dispatch(self.level, NewBlock { elements: self.elements, material: material.clone() })
     }
 }
 

@@ -2,7 +2,7 @@
 //! element alone.
 
 use estar_element::hex8::{self, CORNER_SIGNS, CORNERS, HexHistory, HexMotion, HexStep, HexUpdate, POINTS};
-use estar_material::{Material, MaterialModel, PointState};
+use estar_material::{Material, MaterialModel, MaterialVisitor, PointState};
 use estar_solver::model::Formulation;
 use estar_tensor::{Counted, Kernel, Operations, Real, Rotation, Vector3, array, operations};
 
@@ -105,32 +105,36 @@ impl<M: Material, R: Real> Kernel for Step<'_, '_, M, R> {
 
 /// The operations of a step of one element, those that move its corners included.
 pub fn operations_of_step(material: &MaterialModel, formulation: Formulation, pace: Pace) -> Operations {
-    match material {
-        MaterialModel::Elastic(material) => counted(material, formulation, pace),
-        MaterialModel::EStar(material) => counted(material, formulation, pace),
-        MaterialModel::EStarKinematic(material) => counted(material, formulation, pace),
-        MaterialModel::EStarTotal(material) => counted(material, formulation, pace),
-    }
+    material.visit(OperationsOf { formulation, pace })
 }
 
-fn counted<M: Material>(material: &M, formulation: Formulation, pace: Pace) -> Operations {
-    let mut hex = SingleHex::<M, Counted>::new(material, formulation, pace);
-    for _ in 0..STEPS_BEFORE {
-        hex.advance();
+struct OperationsOf {
+    formulation: Formulation,
+    pace: Pace,
+}
+
+impl MaterialVisitor for OperationsOf {
+    type Output = Operations;
+
+    fn visit<M: Material>(self, material: &M) -> Operations {
+        let mut hex = SingleHex::<M, Counted>::new(material, self.formulation, self.pace);
+        for _ in 0..STEPS_BEFORE {
+            hex.advance();
+        }
+        operations(|| {
+            let update = hex.advance();
+            let mut results = hex.numbers();
+            results.extend(update.internal_force.iter().flat_map(|force| force.0));
+            results.extend([
+                update.internal_energy,
+                update.plastic_dissipation,
+                update.viscous_energy,
+                update.min_jacobian,
+                update.stable_time_step,
+            ]);
+            results
+        })
     }
-    operations(|| {
-        let update = hex.advance();
-        let mut results = hex.numbers();
-        results.extend(update.internal_force.iter().flat_map(|force| force.0));
-        results.extend([
-            update.internal_energy,
-            update.plastic_dissipation,
-            update.viscous_energy,
-            update.min_jacobian,
-            update.stable_time_step,
-        ]);
-        results
-    })
 }
 
 #[cfg(test)]
