@@ -6,6 +6,7 @@ use crate::console::tell;
 use crate::example::{self, ExampleArguments};
 use crate::failure::Failure;
 use crate::mesh_command::{MeshCommand, mesh};
+use crate::point::{PointOptions, point};
 use crate::run::{RunOptions, run};
 use clap::{Args, Parser, Subcommand};
 use estar_solver::LaneLevel;
@@ -31,6 +32,8 @@ enum Command {
     Run(RunArguments),
     /// Dry run: every error at once, mesh quality, time step, and what a run would cost
     Check(CheckArguments),
+    /// Lead a material along a path, without a mesh: a table and plots
+    Point(PointArguments),
     /// Write a ready deck and its mesh
     Example(ExampleArguments),
     /// Make structured meshes, or look into a mesh file
@@ -79,6 +82,19 @@ struct CheckArguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Debug, Args)]
+struct PointArguments {
+    /// The deck (TOML)
+    #[arg(value_name = "DECK")]
+    deck: PathBuf,
+    /// Replace or add a key of the deck, its value written as there: --set path.steps=100
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Directory of the results; beside the deck and named after it unless given
+    #[arg(long, value_name = "DIR")]
+    output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -170,6 +186,9 @@ fn execute(command: Command) -> Result<(), Failure> {
             lanes: arguments.deck.lanes,
             json: arguments.json,
         }),
+        Command::Point(arguments) => {
+            point(&PointOptions { deck: arguments.deck, overrides: arguments.overrides, output: arguments.output })
+        }
         Command::Example(arguments) => example::example(&arguments),
         Command::Mesh(command) => mesh(&command),
         Command::Bench(arguments) => bench(&BenchOptions {

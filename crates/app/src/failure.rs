@@ -1,5 +1,7 @@
 //! How a command can end other than well, and the exit status that says so.
 
+use crate::deck::source::TextError;
+
 /// Why a command did not do what it was asked to.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
@@ -18,6 +20,13 @@ pub enum Failure {
     /// Ctrl-C.
     #[error("{0}")]
     Interrupted(String),
+}
+
+impl From<TextError> for Failure {
+    fn from(error: TextError) -> Self {
+        let message = format!("error: the deck cannot be read: {error}");
+        if matches!(error, TextError::Unreadable { .. }) { Self::File(message) } else { Self::Input(message) }
+    }
 }
 
 impl Failure {

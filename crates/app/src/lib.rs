@@ -18,6 +18,8 @@ pub mod frames;
 pub mod history;
 pub mod mesh_command;
 pub mod output;
+pub mod plot;
+pub mod point;
 pub mod probes;
 pub mod progress;
 pub mod run;

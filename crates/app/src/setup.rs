@@ -84,10 +84,7 @@ impl LoadError {
     /// The failure of the command, with messages as text.
     pub fn into_failure(self, coloured: bool) -> Failure {
         match self {
-            Self::Deck(error @ TextError::Unreadable { .. }) => {
-                Failure::File(format!("error: the deck cannot be read: {error}"))
-            }
-            Self::Deck(error) => Failure::Input(format!("error: the deck cannot be read: {error}")),
+            Self::Deck(error) => error.into(),
             Self::Faults { findings, is_unreadable_file } => {
                 let text = findings.render(coloured);
                 if is_unreadable_file { Failure::File(text) } else { Failure::Input(text) }
@@ -277,6 +274,11 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
     let materials = &deck.material.0;
     let parts = deck.part.iter().filter_map(|part| {
         let (_, material) = materials.iter().find(|(name, _)| *name == part.material.0.value)?;
+        if let Some(reason) = material.obstacle_to_elements() {
+            let message = format!("the material `{}` is for `estar point` only", part.material.0.value);
+            diagnostics
+                .push(Diagnostic::error(message).at(part.material.0.span, "no element can have it").help(reason));
+        }
         let hexes = mesh.group(&part.group.name.value)?.hexes.clone();
         Some(Part { hexes, material: material.clone(), element: part.element })
     });

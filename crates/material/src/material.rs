@@ -131,6 +131,17 @@ impl MaterialModel {
         }
     }
 
+    /// Why no element can have this material; none for those that elements can have.
+    pub fn obstacle_to_elements(&self) -> Option<&'static str> {
+        match self {
+            Self::Hypoelastic(material) if !material.rate().is_corotational() => Some(
+                "a rate that stretches with the material makes it stiffer as it is stretched, beyond what the bound of the \
+                 stable time step knows; the rates box, jaumann and logarithmic can run",
+            ),
+            _ => None,
+        }
+    }
+
     /// E* theory in the box-rate update.
     pub fn e_star_box_rate(
         elasticity: IsotropicElasticity,

@@ -42,7 +42,8 @@ fn lateral_stress<M: Material>(material: &M, stretch: impl Fn(f64) -> f64, times
 
 #[test]
 fn lateral_stress_vanishes_in_tension_compression_and_cycles_of_every_theory() {
-    let paths: [(fn(f64) -> f64, f64); 4] = [
+    type Stretch = fn(f64) -> f64;
+    let paths: [(Stretch, f64); 4] = [
         (|t| (1.0 + 2.0 * t).sqrt(), 0.2),
         (|t| (1.0 - 2.0 * t).sqrt(), 0.2),
         (|t| (0.03 * (10.0 * t).sin()).exp(), 2.0),

@@ -64,6 +64,11 @@ impl Curve {
         Self { points: vec![[0.0, value]], interpolation: Interpolation::Linear }
     }
 
+    /// Times of the points.
+    pub fn times(&self) -> Vec<f64> {
+        self.points.iter().map(|point| point[0]).collect()
+    }
+
     /// Value at `time`.
     pub fn value(&self, time: f64) -> f64 {
         match self.segment(time) {

@@ -23,14 +23,29 @@ powers: `kg/m^3`, `m/s²`, `J/(kg K)`. A unit of the wrong dimension is an error
 Below, `[name]` is a table that stands once, `[[name]]` one that may stand any number of times.
 ";
 
+const POINT_HEAD: &str = "
+# The deck of a material point
+
+`estar point DECK` leads materials along a path, without a mesh. Its deck has a title, materials as above, a path, and panels
+for the plots. It writes `point.csv`, `point.png` and `point.svg`.
+";
+
 /// The reference as Markdown.
 pub fn markdown() -> String {
     let mut text = HEAD.to_owned();
-    let deck = super::Deck::keys();
+    let keys = super::Deck::keys().keys;
+    write_deck(&mut text, &keys);
+    text.push_str(POINT_HEAD);
+    let point = super::point::PointDeck::keys().keys;
+    // the materials stand above
+    write_deck(&mut text, &point.into_iter().filter(|key| key.name != "material").collect::<Vec<_>>());
+    text
+}
+
+fn write_deck(text: &mut String, keys: &[KeySchema]) {
     text.push_str("\n## Top level\n\n");
-    let plain: Vec<&KeySchema> = deck.keys.iter().filter(|key| table_of(&key.value).is_none()).collect();
-    write_keys(&mut text, plain.into_iter());
-    for key in &deck.keys {
+    write_keys(text, keys.iter().filter(|key| table_of(&key.value).is_none()));
+    for key in keys {
         let heading = match &key.value {
             Schema::List(_) => format!("`[[{}]]`", key.name),
             Schema::Named(_) => format!("`[{}.NAME]`", key.name),
@@ -39,10 +54,9 @@ pub fn markdown() -> String {
         if let Some(table) = table_of(&key.value) {
             let need = if key.presence == Presence::Required { " (required)" } else { "" };
             let _ = write!(text, "\n## {heading}{need}\n\n");
-            write_table(&mut text, table, key.name);
+            write_table(text, table, key.name);
         }
     }
-    text
 }
 
 /// The table in a value, if it is one, or a list of tables, or tables under names.

@@ -9,7 +9,9 @@ use super::values::{
     Density, Fraction, NotNegative, Number, PoissonRatio as PoissonRatioBound, Positive, Quantity, Stress, decode_pairs,
 };
 use crate::diagnostics::{Diagnostic, listed};
-use estar_material::{ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, MaterialModel};
+use estar_material::{
+    ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, MaterialModel, ObjectiveRate,
+};
 
 deck_table! {
     /// A material, under a name of your own. Its elasticity is given by any two of `young_modulus`, `poisson_ratio`,
@@ -46,8 +48,11 @@ deck_variants! {
             /// Kinematic hardening; off unless given. `update = "box-rate"` only.
             kinematic: KinematicHardening = optional,
         }
-        /// Isotropic elasticity in rate form (box rate), without yielding.
-        Elastic = "elastic" {}
+        /// Isotropic elasticity in rate form, without yielding.
+        Elastic = "elastic" {
+            /// The objective rate of the Cauchy stress.
+            rate: ObjectiveRate = default("'box'"),
+        }
     }
 }
 
@@ -63,6 +68,15 @@ pub enum Update {
 deck_choice! { Update {
     "box-rate" => Update::BoxRate, "hypoelastic, by the rate of the rotated stress";
     "total" => Update::Total, "from the total elastic strain E*; isotropic hardening only";
+} }
+
+deck_choice! { ObjectiveRate {
+    "box" => ObjectiveRate::Box, "Green-McInnis, Green-Naghdi: that of the rotated stress";
+    "jaumann" => ObjectiveRate::Jaumann, "by the spin W";
+    "logarithmic" => ObjectiveRate::Logarithmic, "by the logarithmic spin: the stress is a function of ln V";
+    "truesdell" => ObjectiveRate::Truesdell, "`estar point` only";
+    "upper-convected" => ObjectiveRate::UpperConvected, "Oldroyd; `estar point` only";
+    "lower-convected" => ObjectiveRate::LowerConvected, "Cotter-Rivlin; `estar point` only";
 } }
 
 deck_variants! {
@@ -272,7 +286,7 @@ impl FromDeck for MaterialModel {
         let table = MaterialTable::decode(node, decoder)?;
         let elasticity = elasticity(&table, node, decoder);
         match table.theory {
-            Theory::Elastic {} => Some(Self::elastic(elasticity?)),
+            Theory::Elastic { rate } => Some(Self::hypoelastic(elasticity?, rate)),
             Theory::EStar { update: Update::BoxRate, hardening, kinematic, .. } => {
                 Some(Self::e_star_box_rate(elasticity?, hardening, kinematic.unwrap_or(KinematicHardening::NONE)))
             }

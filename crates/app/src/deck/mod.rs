@@ -1,13 +1,14 @@
 //! The deck: what a user writes, read with every fault found in one go.
 //!
-//! A key is written once, in a table of [`model`], [`material`], [`settings`] or [`probe`]: that text is its reader, its
-//! type, its default and its documentation ([`document`]).
+//! A key is written once, in a table of [`model`], [`material`], [`settings`], [`probe`] or [`point`]: that text is its reader,
+//! its type, its default and its documentation ([`document`]).
 
 pub mod decoder;
 pub mod document;
 mod macros;
 pub mod material;
 pub mod model;
+pub mod point;
 pub mod probe;
 pub mod schema;
 pub mod settings;
@@ -17,16 +18,18 @@ pub mod units;
 pub mod values;
 
 use crate::diagnostics::Sources;
-use decoder::Decoder;
+use decoder::{Decoder, ReadKeys};
 use estar_material::MaterialModel;
 use macros::deck_table;
 use model::{
     FixTable, GravityTable, InitialVelocityTable, MeshTable, PartTable, PrescribedTable, PressureTable, RigidWallTable,
     TractionTable,
 };
+use point::PointProblem;
 use probe::{ExpectTable, ProbeTable};
 use settings::{OutputTable, TimeTable};
 use std::path::Path;
+use tree::Node;
 use values::Materials;
 
 deck_table! {
@@ -68,17 +71,32 @@ deck_table! {
 
 /// A deck that has been read: its texts, what it says as far as it could be read, and what the decoder found out.
 #[derive(Debug)]
-pub struct Reading {
+pub struct Reading<D = Deck> {
     /// The texts.
     pub sources: Sources,
     /// The deck, unless it has faults.
-    pub deck: Option<Deck>,
+    pub deck: Option<D>,
     /// The faults, and the names that must be looked up in the mesh.
     pub decoder: Decoder,
 }
 
 /// Reads the text of the deck at `path`, with the overrides of the command line.
 pub fn read(path: &Path, text: &str, overrides: &[String]) -> Reading {
+    read_as(path, text, overrides, |deck, _, _| Some(deck))
+}
+
+/// Reads the text of the deck of a material point at `path`, with the overrides of the command line.
+pub fn read_point(path: &Path, text: &str, overrides: &[String]) -> Reading<PointProblem> {
+    read_as(path, text, overrides, PointProblem::new)
+}
+
+/// Reads a deck whose keys are those of `D`; `finish` makes of it, and of its tree, what is wanted.
+fn read_as<D: ReadKeys, P>(
+    path: &Path,
+    text: &str,
+    overrides: &[String],
+    finish: impl FnOnce(D, &Node, &mut Decoder) -> Option<P>,
+) -> Reading<P> {
     let mut sources = Sources::default();
     let directory = path.parent().unwrap_or(Path::new(""));
     let mut decoder = Decoder::new(directory);
@@ -89,9 +107,11 @@ pub fn read(path: &Path, text: &str, overrides: &[String]) -> Reading {
         tree::apply_override(&mut tree, argument, &mut sources, &mut decoder.diagnostics);
     }
     // what a broken grammar leaves of the deck would only breed false alarms
-    let mut deck = if is_whole { decoder.table(&tree) } else { None };
+    let mut deck = None;
     if is_whole {
+        let read = decoder.table(&tree);
         check_names(&mut decoder);
+        deck = read.and_then(|read| finish(read, &tree, &mut decoder));
     }
     if decoder.diagnostics.has_errors() {
         deck = None;

@@ -1,0 +1,10 @@
+//! Line plots as SVG and PNG, the same in both: text is drawn as outlines of one font that the program carries.
+//!
+//! [`figure`] says what is shown and lays it out, [`text`] sets type, [`drawing`] holds the shapes and writes them.
+
+pub mod drawing;
+pub mod figure;
+pub mod text;
+
+pub use drawing::Drawing;
+pub use figure::{Axis, Curve, Figure, Panel};
