@@ -73,6 +73,14 @@ fn every_shipped_deck_runs_and_leaves_a_table_and_two_pictures() {
         let png = fs::read(directory.path().join("point.png")).unwrap();
         assert!(png.starts_with(b"\x89PNG") && png.len() > 20_000, "{}", deck.display());
         let svg = fs::read_to_string(directory.path().join("point.svg")).unwrap();
+        // docs/theories.md shows these pictures
+        let name = deck.file_stem().unwrap().to_str().unwrap();
+        let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/figures/{name}.svg"));
+        if std::env::var_os("ESTAR_UPDATE_DOCS").is_some() {
+            fs::write(&shown, &svg).unwrap();
+        }
+        let stale = "is stale: ESTAR_UPDATE_DOCS=1 cargo test --release --test point";
+        assert!(fs::read_to_string(&shown).unwrap_or_default() == svg, "{} {stale}", shown.display());
         assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{}", deck.display());
         count += 1;
     }
@@ -89,6 +97,10 @@ fn uniaxial_tension_gives_the_figures_of_the_dissertation() {
     close(table.value("S11", "driven", 0.2), 185.8e6, 0.05e6);
     close(table.value("Ep11", "driven", 0.2), 0.1982, 0.00005);
     close(table.value("Es11", "driven", 0.2), 0.0013, 1e-9);
+    // figures 7.5 and 7.7 of the dissertation show T11 λ₂²/λ₁² where its eq. 7.65 has T11 λ₂²/λ₁
+    let [axial, lateral] = ["F11", "F22"].map(|name| table.value(name, "driven", 0.2));
+    close(260e6 * (lateral / axial).powi(2), 157.0e6, 0.05e6);
+    close(260e6 * lateral.powi(2) / axial, 185.8e6, 0.05e6);
     // constant from E11 = 0.0013 on, linear before
     for (strain, stress) in table.column("E11").iter().zip(table.column("T11")) {
         close(*stress, (200e9 * strain).min(260e6), 1.0);

@@ -137,7 +137,7 @@ fn skew_part<R: Real>(tensor: &Tensor<R>) -> Tensor<R> {
 fn half_turn<R: Real>(spin: &Tensor<R>) -> Tensor<R> {
     let one = R::splat(1.0);
     // g = ½ ω
-    let [x, y, z] = [spin.at(2, 1), spin.at(0, 2), spin.at(1, 0)].map(|component| component * 0.5);
+    let [x, y, z] = [spin.at(2, 1) * 0.5, spin.at(0, 2) * 0.5, spin.at(1, 0) * 0.5];
     let length = x.mul_add(x, y.mul_add(y, z.mul_add(z, one))).sqrt().recip();
     Rotation::identity().half_way_to(Rotation([length, x * length, y * length, z * length]))
 }
