@@ -5,7 +5,7 @@
 
 use estar_material::point::{Control, MaterialPoint, drive, follow};
 use estar_material::{
-    EStar, EStarTotal, Elastic, ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, Material,
+    EStar, EStarTotal, ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, Material,
 };
 use estar_tensor::{SymmetricTensor, Tensor};
 
@@ -34,47 +34,6 @@ fn isochoric_tension(stretch: f64) -> Tensor<f64> {
 
 fn von_mises(stress: &SymmetricTensor<f64>) -> f64 {
     (1.5 * stress.deviator().norm_squared()).sqrt()
-}
-
-/// Elastic simple shear with the box rate, tan β = γ/2, stress over μ (de Vera 2016, section 6.5):
-/// T₁₂ = 2 cos 2β (2β − 2 tan 2β ln cos β − tan β), T₁₁ = −T₂₂ = 4 (cos 2β ln cos β + β sin 2β − sin² β).
-fn sheared(gamma: f64) -> [f64; 2] {
-    let beta = (0.5 * gamma).atan();
-    let (sine, cosine) = (2.0 * beta).sin_cos();
-    let logarithm = beta.cos().ln();
-    // cos 2β tan 2β is written sin 2β: nothing is singular at γ = 2
-    let shear = 2.0 * (cosine * (2.0 * beta - beta.tan()) - 2.0 * sine * logarithm);
-    [shear, 4.0 * (cosine * logarithm + beta * sine - beta.sin().powi(2))]
-}
-
-#[test]
-fn closed_form_of_simple_shear_has_its_known_values() {
-    // 2 ln 2 and π − 2 at γ = 2
-    let known = [(1.0, 0.869784, 0.415900), (2.0, 1.386294, 1.141593), (5.0, 2.905369, 2.704319)];
-    for (gamma, shear, normal) in known {
-        let [t12, t11] = sheared(gamma);
-        assert!((t12 - shear).abs() < 5e-7 && (t11 - normal).abs() < 5e-7, "γ = {gamma}: {t12} {t11}");
-    }
-}
-
-#[test]
-fn elastic_simple_shear_to_ten_meets_the_closed_form_at_second_order() {
-    let material = Elastic::new(solid());
-    let mu = solid().shear_modulus();
-    let worst = |steps| {
-        let mut worst: f64 = 0.0;
-        drive(&material, simple_shear, 10.0, steps, |gamma, point| {
-            let [xx, yy, zz, xy, yz, xz] = point.stress().0.map(|component| component / mu);
-            let [shear, normal] = sheared(gamma);
-            for error in [xy - shear, xx - normal, yy + normal, zz, yz, xz] {
-                worst = worst.max(error.abs());
-            }
-        });
-        worst
-    };
-    let errors = [500, 1000, 2000, 8000].map(worst);
-    assert!((errors[0] / errors[1]).log2() > 1.95 && (errors[1] / errors[2]).log2() > 1.95, "{errors:?}");
-    assert!(errors[3] < 1e-6, "{errors:?}");
 }
 
 /// Uniaxial stress to E₁₁ = 0.2 in 400 steps; `visit` sees E₁₁ and the point.

@@ -9,12 +9,14 @@ use common::{
     DIRECTIONS, FORMULATIONS, all_nodes, assert_close, bricks, elastic, load, mesh_of, minus, new, norm,
     patch_of_seven, prescribed, ramp, run, spinning, steel, stresses, translation, until, whole, yielding,
 };
+use estar_material::{MaterialModel, ObjectiveRate};
 use estar_mesh::Mesh;
 use estar_solver::model::{
     Direction, Formulation, InitialVelocity, LoadKind, Prescribed, Quantity, Spin, TimeSettings,
 };
 use estar_solver::{Curve, Interpolation, Model, Simulation};
 use estar_tensor::{Rotation, SymmetricTensor, Tensor, Vector3};
+use std::f64::consts::PI;
 
 /// Moves `nodes` along straight lines between the maps of a path, X ↦ F X at each time.
 fn along(mesh: &Mesh, nodes: &[u32], path: &[(f64, Tensor<f64>)]) -> Vec<Prescribed> {
@@ -202,62 +204,81 @@ fn a_rotation_of_150_degrees_in_one_step_turns_the_stress_with_the_body() {
     }
 }
 
-/// Elastic simple shear F = I + γ e₁⊗e₂ of one hex driven at all its nodes, up to γ = 10.
+/// T₁₁ and T₁₂ over μ in elastic simple shear F = I + γ e₁⊗e₂ (T₂₂ = −T₁₁) with the rates that elements can have.
 ///
-/// Source: the closed form of the box rate with tan β = γ/2 (Dienes 1979; de Vera 2016, section 6.5):
-/// T₁₂ = 2μ cos 2β (2β − 2 tan 2β ln cos β − tan β), T₁₁ = −T₂₂ = 4μ (cos 2β ln cos β + β sin 2β − sin² β).
+/// Source: the closed forms of the box rate with tan β = γ/2 (Dienes 1979; de Vera 2016, section 6.5),
+/// T₁₂ = 2μ cos 2β (2β − 2 tan 2β ln cos β − tan β), T₁₁ = 4μ (cos 2β ln cos β + β sin 2β − sin² β), of Jaumann's and of
+/// the logarithmic rate (Xiao, Bruhns & Meyers 1997).
+fn sheared(rate: ObjectiveRate, gamma: f64) -> [f64; 2] {
+    let half = 0.5 * gamma;
+    match rate {
+        ObjectiveRate::Box => {
+            let b = half.atan();
+            let (ln_cos, (sine, cosine)) = (b.cos().ln(), (2.0 * b).sin_cos());
+            // cos 2β tan 2β = sin 2β, which has no pole at γ = 2
+            let t12 = 2.0 * (cosine * (2.0 * b - b.tan()) - 2.0 * sine * ln_cos);
+            [4.0 * (cosine * ln_cos + b * sine - b.sin() * b.sin()), t12]
+        }
+        ObjectiveRate::Jaumann => [1.0 - gamma.cos(), gamma.sin()],
+        ObjectiveRate::Logarithmic => {
+            let t12 = 2.0 * half.asinh() / half.hypot(1.0);
+            [half * t12, t12]
+        }
+        other => panic!("no element has the rate {other:?}"),
+    }
+}
+
+/// One hex driven at all its nodes, up to γ = 10.
 #[test]
-fn simple_shear_to_ten_meets_the_closed_form_of_the_box_rate() {
+fn simple_shear_to_ten_meets_the_closed_form_of_every_rate() {
+    // figures that others printed for γ = 1, 2 and 5
+    for (rate, figures) in [
+        (ObjectiveRate::Box, [[0.415900, 0.869784], [PI - 2.0, 2.0 * 2_f64.ln()], [2.704319, 2.905369]]),
+        (ObjectiveRate::Jaumann, [[0.459698, 0.841471], [1.416147, 0.909297], [0.716338, -0.958924]]),
+        (ObjectiveRate::Logarithmic, [[0.430409, 0.860818], [1.246450, 1.246450], [3.058831, 1.223533]]),
+    ] {
+        for (gamma, [t11, t12]) in [1.0, 2.0, 5.0].into_iter().zip(figures) {
+            let [a, b] = sheared(rate, gamma);
+            assert!((a - t11).abs() < 1e-6 && (b - t12).abs() < 1e-6);
+        }
+        for formulation in FORMULATIONS {
+            assert_sheared(rate, formulation);
+        }
+    }
+}
+
+fn assert_sheared(rate: ObjectiveRate, formulation: Formulation) {
     let mesh = bricks([1e-3; 3], [1; 3]);
     let shear_modulus = steel().shear_modulus();
-    let closed_form = |gamma: f64| {
-        let b = (0.5 * gamma).atan();
-        let (ln_cos, (sine, cosine)) = (b.cos().ln(), (2.0 * b).sin_cos());
-        // cos 2β tan 2β = sin 2β, which has no pole at γ = 2
-        let t12 = 2.0 * (cosine * (2.0 * b - b.tan()) - 2.0 * sine * ln_cos);
-        let t11 = 4.0 * (cosine * ln_cos + b * sine - b.sin() * b.sin());
-        [t11, t12]
-    };
-    // figures that others printed for γ = 1, 2 and 5
-    for (gamma, [t12, t11]) in [
-        (1.0, [0.869784, 0.415900]),
-        (2.0, [2.0 * 2_f64.ln(), std::f64::consts::PI - 2.0]),
-        (5.0, [2.905369, 2.704319]),
-    ] {
-        let [a, b] = closed_form(gamma);
-        assert!((a - t11).abs() < 1e-6 && (b - t12).abs() < 1e-6);
-    }
     let end = 1e-3;
-    for formulation in FORMULATIONS {
-        let top: Vec<u32> = mesh.group("y_max").unwrap().nodes.clone();
-        let shear = Curve::new(vec![[0.0, 0.0], [end, 1e-2]], Interpolation::Linear).unwrap();
-        let mut driven = vec![prescribed(top.clone(), Direction::X, Quantity::Displacement, shear)];
-        let held: Vec<u32> = mesh.group("y_min").unwrap().nodes.clone();
-        driven.push(prescribed(held, Direction::X, Quantity::Displacement, Curve::constant(0.0)));
-        for direction in [Direction::Y, Direction::Z] {
-            driven.push(prescribed(all_nodes(&mesh), direction, Quantity::Displacement, Curve::constant(0.0)));
-        }
-        let model = Model {
-            parts: whole(&mesh, elastic(), formulation),
-            prescribed: driven,
-            settings: until(end),
-            ..Model::default()
-        };
-        let mut simulation = new(&mesh, model);
-        let mut worst = 0.0_f64;
-        run(&mut simulation, |now| {
-            let gamma = 1e3 * now.displacement()[top[0] as usize][0];
-            let [t11, t12] = closed_form(gamma);
-            let stress = stresses(now)[0].map(|component| component / shear_modulus);
-            let expected = [t11, -t11, 0.0, t12, 0.0, 0.0];
-            for (component, expected) in stress.iter().zip(expected) {
-                worst = worst.max((component - expected).abs() / gamma.max(0.1));
-            }
-        });
-        println!("shear: {} steps, {worst:e}", simulation.step());
-        assert!(worst < 1e-6, "{worst:e}");
-        assert!(simulation.energies().error().abs() < 1e-6, "{}", simulation.energies().error());
+    let top: Vec<u32> = mesh.group("y_max").unwrap().nodes.clone();
+    let shear = Curve::new(vec![[0.0, 0.0], [end, 1e-2]], Interpolation::Linear).unwrap();
+    let mut driven = vec![prescribed(top.clone(), Direction::X, Quantity::Displacement, shear)];
+    let held: Vec<u32> = mesh.group("y_min").unwrap().nodes.clone();
+    driven.push(prescribed(held, Direction::X, Quantity::Displacement, Curve::constant(0.0)));
+    for direction in [Direction::Y, Direction::Z] {
+        driven.push(prescribed(all_nodes(&mesh), direction, Quantity::Displacement, Curve::constant(0.0)));
     }
+    let model = Model {
+        parts: whole(&mesh, MaterialModel::hypoelastic(steel(), rate), formulation),
+        prescribed: driven,
+        settings: until(end),
+        ..Model::default()
+    };
+    let mut simulation = new(&mesh, model);
+    let mut worst = 0.0_f64;
+    run(&mut simulation, |now| {
+        let gamma = 1e3 * now.displacement()[top[0] as usize][0];
+        let [t11, t12] = sheared(rate, gamma);
+        let stress = stresses(now)[0].map(|component| component / shear_modulus);
+        let expected = [t11, -t11, 0.0, t12, 0.0, 0.0];
+        for (component, expected) in stress.iter().zip(expected) {
+            worst = worst.max((component - expected).abs() / gamma.max(0.1));
+        }
+    });
+    println!("shear, {rate:?}: {} steps, {worst:e}", simulation.step());
+    assert!(worst < 1e-6, "{rate:?}: {worst:e}");
+    assert!(simulation.energies().error().abs() < 1e-6, "{}", simulation.energies().error());
 }
 
 /// Nodes driven by a displacement, a velocity and an acceleration are where the curve and its integrals say.
