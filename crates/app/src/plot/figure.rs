@@ -369,7 +369,7 @@ mod tests {
 
     #[test]
     fn a_line_keeps_its_corners_and_loses_what_lies_between() {
-        let points: Vec<[f64; 2]> = (0..=100).map(|k| [f64::from(k), f64::from((k - 50).abs())]).collect();
+        let points: Vec<[f64; 2]> = (0..=100).map(|k| [f64::from(k), f64::from((k - 50_i32).abs())]).collect();
         assert_eq!(simplified(&points), [[0.0, 50.0], [50.0, 0.0], [100.0, 50.0]]);
         // there and back again along one line
         let points = [[0.0, 0.0], [5.0, 0.0], [10.0, 0.0], [5.0, 0.0], [0.0, 0.0]];

@@ -12,7 +12,7 @@ pub enum Column {
     Driven,
     /// A component of F, by row and column from 0.
     Gradient(usize, usize),
-    /// A component of a stress or a strain, by its place in [`COMPONENTS`].
+    /// A component of a stress or a strain, by its place in the order 11, 22, 33, 12, 13, 23.
     Component(Quantity, usize),
     /// ε̄ᵖ.
     EquivalentPlasticStrain,
