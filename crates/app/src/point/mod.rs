@@ -130,7 +130,8 @@ impl MaterialVisitor for Along<'_> {
     }
 }
 
-/// Writes point.csv. A material that came to grief has empty cells from there on.
+/// Writes point.csv. A material that came to grief has empty cells from there on, and so has what is not defined: an
+/// elastic strain where the plastic metric is not positive definite, as linear theories can have it.
 fn write_table(path: &std::path::Path, problem: &PointProblem, journeys: &[Journey]) -> io::Result<()> {
     let columns = Column::all();
     let own: Vec<Column> = columns.iter().copied().filter(|column| !column.is_of_path()).collect();
@@ -144,7 +145,8 @@ fn write_table(path: &std::path::Path, problem: &PointProblem, journeys: &[Journ
     let longest = journeys.iter().max_by_key(|journey| journey.rows.len()).map_or(&[][..], |journey| &journey.rows);
     for (index, row) in longest.iter().enumerate() {
         let cell = |column: &Column, row: Option<&Row>| {
-            row.and_then(|row| column.value(row)).map_or(Value::Missing, Value::Real).to_string()
+            let value = row.and_then(|row| column.value(row)).filter(|value| value.is_finite());
+            value.map_or(Value::Missing, Value::Real).to_string()
         };
         let mut cells: Vec<String> = of_path.iter().map(|column| cell(column, Some(row))).collect();
         for journey in journeys {
