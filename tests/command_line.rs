@@ -293,6 +293,21 @@ fn faults_of_deck_and_mesh_are_told_at_once() {
 }
 
 #[test]
+fn a_flow_rule_that_loses_the_plastic_metric_is_refused_for_elements() {
+    let workshop = Workshop::new();
+    let told = |rule: &str, code: i32, words: &[&str]| {
+        let hardening = "hardening = { law = \"perfect\", yield_stress = \"1 MPa\" }";
+        let theory = format!("theory = \"plastic-metric\"\nflow_rule = \"{rule}\"\n{hardening}");
+        workshop.run_deck(&DECK.replace("theory = \"elastic\"", &theory), &[]).assert(code, words);
+    };
+    told("simo-hughes", 2, &["`rubber` is for `estar point` only", "does not keep det C_p = 1"]);
+    told("frobenius-normal", 2, &["`rubber` is for `estar point` only", "does not keep C_p symmetric"]);
+    for rule in ["simo-miehe", "miehe", "lion", "helm", "grandi-stefanelli"] {
+        told(rule, 0, &[]);
+    }
+}
+
+#[test]
 fn parts_must_own_every_hex_once() {
     let workshop = Workshop::new();
     let twice = "[[part]]\ngroup = \"box\"\nmaterial = \"rubber\"\n";
@@ -517,7 +532,7 @@ fn bench_writes_figures_for_programs() {
     let problem = &report["problems"].as_array().unwrap().last().unwrap();
     assert_eq!((&problem["lanes"], &problem["hexes"]), (&"portable".into(), &24.into()));
     let rows = problem["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), 10);
+    assert_eq!(rows.len(), 14);
     for row in rows {
         let number = |value: &serde_json::Value| value.as_f64().unwrap();
         let [elastic, flops, yielding] =

@@ -357,7 +357,11 @@ pub fn advance<R: Real, M: Material>(
 
     // (iii) history, and ∫ T : D dV over the step on the mid-step volume
     let (mut internal_energy, mut plastic_dissipation) = (zero, zero);
+    let mut stiffening = None;
     for ((state, motion), &volume_half) in history.states.iter_mut().zip(&motions).zip(&volumes_half) {
+        if let Some(ratio) = material.stiffening(motion) {
+            stiffening = Some(stiffening.map_or(ratio, |largest: R| largest.max(ratio)));
+        }
         let update = material.update(state, motion);
         *state = update.state;
         internal_energy = update.internal_energy.mul_add(volume_half, internal_energy);
@@ -403,6 +407,7 @@ pub fn advance<R: Real, M: Material>(
     } else {
         bounds.stable_time_step(&geometry, motion.corner_mass)
     };
+    let undamped = if let Some(ratio) = stiffening { undamped / ratio.sqrt() } else { undamped };
     history.stable_time_step = undamped;
     // −∫∫ q dV̇ dt, the mean pressure of the step on the volume change of all points, as the forces have it
     let mean_pressure = (history.viscous_pressure + viscous_pressure) * 0.5;

@@ -16,9 +16,9 @@
 use crate::elastic::stress_power;
 use crate::factors::{elastic_strain, plastic_metric_under};
 use crate::material::point_state;
-use crate::return_mapping::{Equivalent, plastic_increment};
+use crate::return_mapping::radial_increment;
 use crate::{FlowStress, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, PointState, RotatedMotion};
-use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, inlined};
+use estar_tensor::{Mask, Real, Rotation, SymmetricTensor};
 
 /// The E* theory in box-rate form; `K` is `()` or [`KinematicHardening`](crate::KinematicHardening).
 #[derive(Clone, Debug)]
@@ -109,19 +109,14 @@ impl KinematicRule for () {
     #[inline(always)]
     fn return_mapping<R: Real>(&self, trial: &Trial<R>, material: &EStar<()>) -> Return<R> {
         let three_mu = 3.0 * material.elasticity.shear_modulus();
-        let p = if let Some(slope) = material.hardening.constant_slope() {
-            let excess = trial.equivalent_stress - trial.flow_stress.stress;
-            R::select(trial.yields, excess * (three_mu + slope).recip(), R::splat(0.0))
-        } else {
-            let equivalent = inlined!(|p: R| Equivalent {
-                stress: p.mul_add(R::splat(-three_mu), trial.equivalent_stress),
-                slope: R::splat(-three_mu),
-            });
-            let flow = inlined!(|p: R| material.hardening.flow_stress(trial.plastic_strain + p));
-            let upper_bound = trial.equivalent_stress * three_mu.recip();
-            let at_zero = (equivalent(R::splat(0.0)), trial.flow_stress);
-            plastic_increment(trial.yields, upper_bound, at_zero, equivalent, flow)
-        };
+        let p = radial_increment(
+            &material.elasticity,
+            &material.hardening,
+            trial.yields,
+            trial.equivalent_stress,
+            trial.plastic_strain,
+            trial.flow_stress,
+        );
 
         // 2μ Δγ n = 3μ p dev T̃_trial / (√(3/2) ‖dev T̃_trial‖)
         let factor = R::select(trial.yields, p * three_mu * trial.per_equivalent_stress, R::splat(0.0));

@@ -18,9 +18,9 @@
 
 use crate::e_star::von_mises;
 use crate::elastic::stress_power;
-use crate::material::point_state;
-use crate::return_mapping::{Equivalent, plastic_increment};
-use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, SpatialMotion};
+use crate::metric_state::isochoric;
+use crate::return_mapping::{Equivalent, plastic_increment, radial_hardening_index};
+use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, MetricState, SpatialMotion};
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, inlined};
 
 /// The E* theory in total form.
@@ -29,23 +29,6 @@ pub struct EStarTotal {
     elasticity: IsotropicElasticity,
     hardening: IsotropicHardening,
 }
-
-/// History of [`EStarTotal`].
-#[derive(Clone, Copy, Debug)]
-pub struct EStarTotalState<R> {
-    /// Inverse plastic metric C_p⁻¹ = U_p⁻², det = 1.
-    pub inverse_plastic_metric: SymmetricTensor<R>,
-    /// Equivalent plastic strain ε̄ᵖ.
-    pub equivalent_plastic_strain: R,
-    /// Cauchy stress T, Pa.
-    pub stress: SymmetricTensor<R>,
-}
-
-point_state!(EStarTotalState {
-    inverse_plastic_metric: symmetric,
-    equivalent_plastic_strain: number,
-    stress: symmetric,
-});
 
 impl EStarTotal {
     /// The material with these parameters.
@@ -65,7 +48,7 @@ impl EStarTotal {
     /// One stage along the normal of b_trial is the whole return, unless the trial is far outside: then the next stage
     /// starts from what it reached, along the normal there.
     #[inline(always)]
-    fn return_mapping<R: Real>(
+    pub(crate) fn return_mapping<R: Real>(
         &self,
         yields: R::Mask,
         trial: &SymmetricTensor<R>,
@@ -107,7 +90,8 @@ impl EStarTotal {
         // b = ⅓ tr(b) I + ‖dev b‖ n
         let mean = start.trace() * (1.0 / 3.0);
         let start = Combination([mean, norm, R::splat(0.0)]);
-        let returned = inlined!(|p: R| start.times(&Combination::exponential(p * -SQRT_6, determinant), determinant));
+        let returned =
+            inlined!(|p: R| start.times(&Combination::exponential::<2>(p * -SQRT_6, determinant), determinant));
 
         let equivalent_of = inlined!(|metric: Combination<R>, length: R| {
             // d b_e/dx = n b_e
@@ -135,13 +119,13 @@ impl EStarTotal {
 }
 
 /// What a return gives.
-struct TotalReturn<R> {
+pub(crate) struct TotalReturn<R> {
     /// b_e on the yield surface.
-    elastic_metric: SymmetricTensor<R>,
+    pub elastic_metric: SymmetricTensor<R>,
     /// Δε̄ᵖ.
-    plastic_increment: R,
+    pub plastic_increment: R,
     /// Δγ n, summed over the stages.
-    flow: SymmetricTensor<R>,
+    pub flow: SymmetricTensor<R>,
 }
 
 /// What one stage of a return gives.
@@ -158,7 +142,7 @@ struct Stage<R> {
 const MOST_STAGES: usize = 64;
 
 impl Material for EStarTotal {
-    type State<R: Real> = EStarTotalState<R>;
+    type State<R: Real> = MetricState<R>;
 
     type Motion<R: Real> = SpatialMotion<R>;
 
@@ -166,20 +150,12 @@ impl Material for EStarTotal {
         &self.elasticity
     }
 
-    fn initial_state<R: Real>(&self) -> EStarTotalState<R> {
-        EStarTotalState {
-            inverse_plastic_metric: SymmetricTensor::spherical(R::splat(1.0)),
-            equivalent_plastic_strain: R::splat(0.0),
-            stress: SymmetricTensor::zero(),
-        }
+    fn initial_state<R: Real>(&self) -> MetricState<R> {
+        MetricState::initial()
     }
 
     #[inline(always)]
-    fn update<R: Real>(
-        &self,
-        old: &EStarTotalState<R>,
-        motion: &SpatialMotion<R>,
-    ) -> MaterialUpdate<R, EStarTotalState<R>> {
+    fn update<R: Real>(&self, old: &MetricState<R>, motion: &SpatialMotion<R>) -> MaterialUpdate<R, MetricState<R>> {
         let strain_old = old.equivalent_plastic_strain;
 
         // (i) elastic predictor: b_trial = F C_p⁻¹ Fᵀ with the plastic metric of t_n
@@ -191,7 +167,7 @@ impl Material for EStarTotal {
         let yields = von_mises(&trial_stress.deviator()).gt(self.hardening.flow_stress(strain_old).stress);
 
         // (iii) return mapping, and C_p⁻¹ = F⁻¹ b_e F⁻ᵀ
-        let mut state = EStarTotalState { stress: trial_stress, ..*old };
+        let mut state = MetricState { stress: trial_stress, ..*old };
         let zero = R::splat(0.0);
         let mut dissipation = zero;
         if yields.any() {
@@ -210,31 +186,23 @@ impl Material for EStarTotal {
     }
 
     #[inline(always)]
-    fn equivalent_plastic_strain<R: Real>(&self, state: &EStarTotalState<R>) -> R {
+    fn equivalent_plastic_strain<R: Real>(&self, state: &MetricState<R>) -> R {
         state.equivalent_plastic_strain
     }
 
     #[inline(always)]
-    fn cauchy_stress<R: Real>(&self, state: &EStarTotalState<R>, _: Rotation<R>) -> SymmetricTensor<R> {
+    fn cauchy_stress<R: Real>(&self, state: &MetricState<R>, _: Rotation<R>) -> SymmetricTensor<R> {
         state.stress
     }
 
-    fn plastic_metric(&self, state: &EStarTotalState<f64>, _: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
-        state.inverse_plastic_metric.to_tensor().inverse().symmetric_part()
+    fn plastic_metric(&self, state: &MetricState<f64>, _: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
+        state.plastic_metric()
     }
 
     /// Φ = H/(3μ + H), to the order of the elastic strain.
-    fn hardening_index(&self, state: &EStarTotalState<f64>) -> Option<f64> {
-        let slope = self.hardening.flow_stress(state.equivalent_plastic_strain).slope;
-        Some(slope / (3.0 * self.elasticity.shear_modulus() + slope))
+    fn hardening_index(&self, state: &MetricState<f64>) -> Option<f64> {
+        Some(radial_hardening_index(&self.elasticity, &self.hardening, state.equivalent_plastic_strain))
     }
-}
-
-/// `metric`, whose determinant is 1 but for rounding, without that rounding: det C_p⁻¹ does not drift, however many steps
-/// there are. d^(−1/3) = 1 − ⅓ (d − 1) for d = 1 + rounding.
-#[inline(always)]
-fn isochoric<R: Real>(metric: &SymmetricTensor<R>) -> SymmetricTensor<R> {
-    *metric * ((metric.determinant() - 4.0) * (-1.0 / 3.0))
 }
 
 const SQRT_6: f64 = 2.449_489_742_783_178;
@@ -244,23 +212,25 @@ const SQRT_2_THIRDS: f64 = 0.816_496_580_927_726;
 /// a I + b n + c n² for a symmetric n with tr n = 0 and ‖n‖ = 1, for which n³ = ½ n + d I and n⁴ = ½ n² + d n,
 /// d = det n.
 #[derive(Clone, Copy)]
-struct Combination<R>([R; 3]);
+pub(crate) struct Combination<R>(pub [R; 3]);
 
 impl<R: Real> Combination<R> {
-    /// exp(x n): its series up to x¹¹ for x/4, squared twice; exact to rounding for |x| ≤ √⅔.
+    /// exp(x n): its series up to x¹¹ for x/2ˢ, squared s times; exact to rounding for |x| ≤ 2ˢ⁻² √⅔.
     #[inline(always)]
-    fn exponential(x: R, determinant: R) -> Self {
-        let quarter = x * 0.25;
+    pub(crate) fn exponential<const SQUARINGS: u32>(x: R, determinant: R) -> Self {
+        let part = x * f64::from(1_u32 << SQUARINGS).recip();
         let one = R::splat(1.0);
-        // 1 + y n (1 + y n/2 (1 + y n/3 (…))), y = x/4
+        // 1 + y n (1 + y n/2 (1 + y n/3 (…))), y = x/2ˢ
         let mut sum = Self([one, R::splat(0.0), R::splat(0.0)]);
         for order in (1..=11_u32).rev() {
-            let scale = quarter * f64::from(order).recip();
+            let scale = part * f64::from(order).recip();
             let [a, b, c] = sum.times_normal(determinant).0;
             sum = Self([a.mul_add(scale, one), b * scale, c * scale]);
         }
-        let squared = sum.times(&sum, determinant);
-        squared.times(&squared, determinant)
+        for _ in 0..SQUARINGS {
+            sum = sum.times(&sum, determinant);
+        }
+        sum
     }
 
     /// n times the combination.
@@ -304,7 +274,7 @@ mod tests {
             let values = raw.map(|v| v / length);
             let determinant = values.iter().product();
             for x in [0.0, 1e-6, -0.01, 0.3, -0.6, -0.8165, 0.8165] {
-                let Combination([a, b, c]) = Combination::exponential(x, determinant);
+                let Combination([a, b, c]) = Combination::exponential::<2>(x, determinant);
                 for value in values {
                     let error = (a + b * value + c * value * value) / (x * value).exp() - 1.0;
                     assert!(error.abs() < 4e-15, "{raw:?} {x}: {error}");

@@ -105,3 +105,26 @@ impl<R: Real> Motion<R> for StepKinematics<R> {
         *step
     }
 }
+
+/// For theories in the reference configuration.
+#[derive(Clone, Copy, Debug)]
+pub struct ReferenceMotion<R> {
+    /// F_{n+1}.
+    pub deformation_gradient: Tensor<R>,
+    /// J_{n+½}, the mid-step volume over the reference volume.
+    pub volume_half: R,
+}
+
+impl<R: Real> Motion<R> for ReferenceMotion<R> {
+    const NEEDS_ROTATION: bool = false;
+
+    #[inline(always)]
+    fn new(step: &StepKinematics<R>) -> Self {
+        // F_{n+1} = (I + ½ Δt L) F_{n+½}
+        let half_step = (step.displacement_gradient * R::splat(0.5)).plus_spherical(R::splat(1.0));
+        Self {
+            deformation_gradient: step.deformation_gradient,
+            volume_half: step.deformation_gradient.determinant() / half_step.determinant(),
+        }
+    }
+}

@@ -2,28 +2,38 @@
 //!
 //! A theory implements [`Material`] once, generic over the number; [`point`] drives it along a path without a mesh.
 
+mod consistency;
 mod e_star;
 mod e_star_kinematic;
 mod e_star_total;
 mod elastic;
 mod elasticity;
 mod factors;
+mod green_naghdi;
 mod hardening;
+mod hencky;
 mod kinematics;
 mod material;
+mod metric_state;
 mod objective_rate;
 mod parameter;
+mod plastic_metric;
 pub mod point;
 mod return_mapping;
 
+pub use consistency::Consistency;
 pub use e_star::{EStar, EStarState, KinematicRule, Return, Trial};
 pub use e_star_kinematic::EStarKinematicState;
-pub use e_star_total::{EStarTotal, EStarTotalState};
+pub use e_star_total::EStarTotal;
 pub use elastic::{Elastic, ElasticState};
 pub use elasticity::{ElasticConstant, IsotropicElasticity};
 pub use factors::Factors;
+pub use green_naghdi::{GreenNaghdi, GreenNaghdiState};
 pub use hardening::{FlowStress, IsotropicHardening, KinematicHardening};
-pub use kinematics::{Motion, PointGradients, RotatedMotion, SpatialMotion, StepKinematics};
+pub use hencky::{Hencky, HenckySurface};
+pub use kinematics::{Motion, PointGradients, ReferenceMotion, RotatedMotion, SpatialMotion, StepKinematics};
 pub use material::{Material, MaterialModel, MaterialUpdate, MaterialVisitor, PointState};
+pub use metric_state::MetricState;
 pub use objective_rate::{Hypoelastic, HypoelasticState, ObjectiveRate, Turning};
 pub use parameter::ParameterError;
+pub use plastic_metric::{ElasticEnergy, FlowRule, PlasticMetric, PlasticMetricState};

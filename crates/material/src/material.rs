@@ -1,8 +1,8 @@
 //! The seam between a theory and what drives it.
 
 use crate::{
-    EStar, EStarTotal, Elastic, Hypoelastic, IsotropicElasticity, IsotropicHardening, KinematicHardening, Motion,
-    ObjectiveRate,
+    EStar, EStarTotal, Elastic, ElasticEnergy, FlowRule, GreenNaghdi, Hencky, HenckySurface, Hypoelastic,
+    IsotropicElasticity, IsotropicHardening, KinematicHardening, Motion, ObjectiveRate, PlasticMetric,
 };
 use estar_tensor::{Real, Rotation, SymmetricTensor};
 
@@ -14,8 +14,15 @@ pub trait Material: Clone + Send + Sync + 'static {
     /// What the theory is told of the motion.
     type Motion<R: Real>: Motion<R>;
 
-    /// Density and elastic constants. No state of the material is stiffer, so they bound the stable time step.
+    /// Density and elastic constants. They bound the stable time step, with [`Material::stiffening`].
     fn elasticity(&self) -> &IsotropicElasticity;
+
+    /// Upper bound of the elastic tangent in the current configuration over that of [`Material::elasticity`], for a theory
+    /// whose tangent grows with deformation. Implementations are `#[inline(always)]`.
+    #[inline(always)]
+    fn stiffening<R: Real>(&self, _motion: &Self::Motion<R>) -> Option<R> {
+        None
+    }
 
     /// History of the undeformed, stress-free material.
     fn initial_state<R: Real>(&self) -> Self::State<R>;
@@ -48,7 +55,7 @@ pub trait PointState<R: Real>: Copy + Send + Sync + 'static {
     fn from_numbers(next: impl FnMut() -> R) -> Self;
 }
 
-/// Implements [`PointState`] for a history from the order of its fields, each a number or a symmetric tensor.
+/// Implements [`PointState`] for a history from the order of its fields, each a number, a tensor or a symmetric tensor.
 macro_rules! point_state {
     ($state:ident { $($field:ident: $kind:ident),+ $(,)? }) => {
         impl<R: estar_tensor::Real> $crate::PointState<R> for $state<R> {
@@ -64,8 +71,16 @@ macro_rules! point_state {
         }
     };
     (@visit number $value:expr, $visit:ident) => { $visit($value) };
+    (@visit tensor $value:expr, $visit:ident) => {
+        $value.columns.into_iter().flat_map(|column| column.0).for_each(&mut $visit)
+    };
     (@visit symmetric $value:expr, $visit:ident) => { $value.0.into_iter().for_each(&mut $visit) };
     (@make number $next:ident) => { $next() };
+    (@make tensor $next:ident) => {
+        estar_tensor::Tensor {
+            columns: std::array::from_fn(|_| estar_tensor::Vector3(std::array::from_fn(|_| $next()))),
+        }
+    };
     (@make symmetric $next:ident) => { estar_tensor::SymmetricTensor(std::array::from_fn(|_| $next())) };
 }
 pub(crate) use point_state;
@@ -95,6 +110,12 @@ pub enum MaterialModel {
     EStarKinematic(EStar<KinematicHardening>),
     /// E* theory, total update.
     EStarTotal(EStarTotal),
+    /// Green-Naghdi Lagrangian theory.
+    GreenNaghdi(GreenNaghdi),
+    /// Hencky hyperelasticity with plasticity.
+    Hencky(Hencky),
+    /// Hyperelasticity with a flow rule for the plastic metric.
+    PlasticMetric(PlasticMetric),
 }
 
 /// Work for [`MaterialModel::visit`], the same for every theory.
@@ -115,6 +136,9 @@ impl MaterialModel {
             Self::EStar(material) => visitor.visit(material),
             Self::EStarKinematic(material) => visitor.visit(material),
             Self::EStarTotal(material) => visitor.visit(material),
+            Self::GreenNaghdi(material) => visitor.visit(material),
+            Self::Hencky(material) => visitor.visit(material),
+            Self::PlasticMetric(material) => visitor.visit(material),
         }
     }
 
@@ -138,6 +162,7 @@ impl MaterialModel {
                 "a rate that stretches with the material makes it stiffer as it is stretched, beyond what the bound of the \
                  stable time step knows; the rates box, jaumann and logarithmic can run",
             ),
+            Self::PlasticMetric(material) => material.rule().fault(),
             _ => None,
         }
     }
@@ -158,6 +183,26 @@ impl MaterialModel {
     /// E* theory in the total update.
     pub fn e_star_total(elasticity: IsotropicElasticity, hardening: IsotropicHardening) -> Self {
         Self::EStarTotal(EStarTotal::new(elasticity, hardening))
+    }
+
+    /// Green-Naghdi Lagrangian theory.
+    pub fn green_naghdi(elasticity: IsotropicElasticity, hardening: IsotropicHardening) -> Self {
+        Self::GreenNaghdi(GreenNaghdi::new(elasticity, hardening))
+    }
+
+    /// Hencky hyperelasticity with plasticity.
+    pub fn hencky(elasticity: IsotropicElasticity, hardening: IsotropicHardening, surface: HenckySurface) -> Self {
+        Self::Hencky(Hencky::new(elasticity, hardening, surface))
+    }
+
+    /// Hyperelasticity with a flow rule for the plastic metric.
+    pub fn plastic_metric(
+        elasticity: IsotropicElasticity,
+        hardening: IsotropicHardening,
+        energy: ElasticEnergy,
+        rule: FlowRule,
+    ) -> Self {
+        Self::PlasticMetric(PlasticMetric::new(elasticity, hardening, energy, rule))
     }
 
     /// Density and elastic constants.

@@ -5,9 +5,10 @@
 
 use estar_material::point::{Control, MaterialPoint, drive, follow};
 use estar_material::{
-    EStar, EStarTotal, ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, Material,
+    EStar, EStarTotal, ElasticConstant, GreenNaghdi, GreenNaghdiState, Hencky, HenckySurface, IsotropicElasticity,
+    IsotropicHardening, KinematicHardening, Material,
 };
-use estar_tensor::{SymmetricTensor, Tensor};
+use estar_tensor::{Rotation, SymmetricTensor, Tensor};
 
 const YOUNG: f64 = 200e9;
 const POISSON: f64 = 0.32;
@@ -99,6 +100,165 @@ fn uniaxial_stress_box_rate_gives_the_dissertations_figures() {
     assert!((elastic - 0.0013).abs() < 1e-12);
     assert!((plastic - 0.1982).abs() < 5e-5, "{plastic}");
     assert!((piola_kirchhoff - 185.8e6).abs() < 5e4, "{piola_kirchhoff}");
+}
+
+#[test]
+fn uniaxial_stress_green_naghdi_gives_the_dissertations_figures() {
+    let material = GreenNaghdi::new(solid(), perfect());
+    let mut last = None;
+    uniaxial_stress(&material, |strain, point| {
+        let GreenNaghdiState { plastic_strain, equivalent_plastic_strain, .. } = point.state();
+        // S₁₁ = E E₁₁, then σ₀ from E₁₁ = σ₀/E = 0.0013 on; E_p11 = E₁₁ − σ₀/E (de Vera 2016, eq. 7.117, 7.119)
+        let piola_kirchhoff = (YOUNG * strain).min(YIELD);
+        assert!((second_piola_kirchhoff(point) / piola_kirchhoff - 1.0).abs() < 1e-9, "E11 = {strain}");
+        assert!((plastic_strain.0[0] - (strain - 0.0013).max(0.0)).abs() < 1e-11, "E11 = {strain}");
+        assert!((equivalent_plastic_strain - plastic_strain.0[0]).abs() < 1e-12);
+        // T₁₁ = S₁₁ λ₁/λ₂² (eq. 7.106) with tr E = (1 − 2ν) S₁₁/E (eq. 7.121, 7.122)
+        let trace = (1.0 - 2.0 * POISSON) * piola_kirchhoff / YOUNG;
+        let stretch = (1.0 + 2.0 * strain).sqrt();
+        let cauchy = piola_kirchhoff * stretch / (1.0 + trace - strain);
+        assert!((point.stress().0[0] / cauchy - 1.0).abs() < 1e-9, "E11 = {strain}");
+        last = Some((point.stress().0[0], plastic_strain.0[0]));
+    });
+    let (cauchy, plastic) = last.unwrap();
+    assert!((cauchy - 384.3e6).abs() < 5e4, "{cauchy}");
+    assert!((plastic - 0.1987).abs() < 5e-7, "{plastic}");
+    // λ_p = √(1 + 2 (γ₁₁ − γ₁₁(t₀))) (eq. 7.120) and E*₁₁ = (E₁₁ − E_p11)/λ_p² (eq. 7.123), printed as 0.00093
+    let plastic_stretch = (1.0 + 2.0 * plastic).sqrt();
+    let elastic = (0.2 - plastic) / plastic_stretch.powi(2);
+    assert!((elastic - 0.00093).abs() < 5e-6, "{elastic}");
+    assert!((elastic / (0.0013 / 1.3974) - 1.0).abs() < 1e-8, "{elastic}");
+}
+
+#[test]
+fn uniaxial_stress_hencky_yields_at_the_kirchhoff_stress() {
+    let material = Hencky::new(solid(), perfect(), HenckySurface::VonMises);
+    let rankine = Hencky::new(solid(), perfect(), HenckySurface::Rankine);
+    let claim = |strain: f64, point: &MaterialPoint<'_, Hencky>, surface: HenckySurface| {
+        let logarithmic = 0.5 * (2.0 * strain).ln_1p();
+        // τ₁₁ = E ε₁₁, then σ₀; ε̄ᵖ = ln λ₁ − σ₀/E
+        let kirchhoff = (YOUNG * logarithmic).min(YIELD);
+        let jacobian = point.deformation_gradient().determinant();
+        assert!((jacobian * point.stress().0[0] / kirchhoff - 1.0).abs() < 1e-9, "E11 = {strain}");
+        let plastic = (logarithmic - YIELD / YOUNG).max(0.0);
+        assert!((point.equivalent_plastic_strain() - plastic).abs() < 1e-11, "E11 = {strain}");
+        // ln J = (1 − 2ν) τ₁₁/E, and for Rankine the opening: only the largest principal strain flows
+        let opening = if surface == HenckySurface::Rankine { plastic } else { 0.0 };
+        let volume = (1.0 - 2.0 * POISSON) * kirchhoff / YOUNG + opening;
+        assert!((jacobian.ln() - volume).abs() < 1e-11, "E11 = {strain}");
+    };
+    uniaxial_stress(&material, |strain, point| claim(strain, point, HenckySurface::VonMises));
+    uniaxial_stress(&rankine, |strain, point| claim(strain, point, HenckySurface::Rankine));
+}
+
+/// Trial Hencky strains ε₁ ≥ ε₂ ≥ ε₃ on a grid, up to ten times the strain of first yield.
+fn trial_strains() -> impl Iterator<Item = [f64; 3]> {
+    let grid = |i: i32| 1e-3 * f64::from(i);
+    (-13..=13).flat_map(move |i| (-13..=i).flat_map(move |j| (-13..=j).map(move |k| [grid(i), grid(j), grid(k)])))
+}
+
+/// The principal Hencky strains after one step from rest to the principal strains `trial` on turned axes.
+fn returned(material: &Hencky, trial: [f64; 3]) -> [f64; 3] {
+    let axes = Rotation::<f64>::about([0.2, 0.7, -0.4], 0.8).to_tensor();
+    let target = SymmetricTensor::diagonal(trial.map(f64::exp)).pushed_by(&axes).to_tensor();
+    let mut point = MaterialPoint::new(material);
+    point.advance(&target, 1.0);
+    // ε = C⁻¹ τ, on the axes of the trial
+    let kirchhoff = (*point.stress() * target.determinant()).pulled_by(&axes).0;
+    let lateral = |i: usize| kirchhoff[0] + kirchhoff[1] + kirchhoff[2] - kirchhoff[i];
+    assert!(kirchhoff[3..].iter().all(|shear| shear.abs() < 1e-14 * YOUNG), "{kirchhoff:?}");
+    [0, 1, 2].map(|i| (kirchhoff[i] - POISSON * lateral(i)) / YOUNG)
+}
+
+#[test]
+fn rankine_return_is_that_of_the_four_branches() {
+    // "Supplementary notes on return mapping", section 1, with τ_C = σ₀
+    let (mu, lambda) = (solid().shear_modulus(), solid().lame_lambda());
+    let projection = |[e1, e2, e3]: [f64; 3]| {
+        let sum = e1 + e2 + e3;
+        if lambda * sum + 2.0 * mu * e1 <= YIELD {
+            (0, [e1, e2, e3])
+        } else if (2.0 * mu + lambda) * e2 + lambda * (sum - e1) <= YIELD {
+            (1, [(YIELD - lambda * (sum - e1)) / (2.0 * mu + lambda), e2, e3])
+        } else if (2.0 * mu + 3.0 * lambda) * e3 <= YIELD {
+            let both = (YIELD - lambda * e3) / (2.0 * mu + 2.0 * lambda);
+            (2, [both, both, e3])
+        } else {
+            (3, [YIELD / (2.0 * mu + 3.0 * lambda); 3])
+        }
+    };
+    let material = Hencky::new(solid(), perfect(), HenckySurface::Rankine);
+    let mut count = [0; 4];
+    for trial in trial_strains() {
+        let (branch, expected) = projection(trial);
+        count[branch] += 1;
+        let found = returned(&material, trial);
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 2e-15, "{trial:?}, branch {branch}: {found} {expected}");
+        }
+    }
+    assert!(count.iter().all(|count| *count > 50), "{count:?}");
+}
+
+#[test]
+fn rankine_with_hardening_cuts_at_the_flow_stress_of_its_opening() {
+    let law = IsotropicHardening::saturation(YIELD, 2.0 * YIELD, 300.0, 1e9).unwrap();
+    let material = Hencky::new(solid(), law.clone(), HenckySurface::Rankine);
+    let linear = IsotropicHardening::linear(YIELD, 1e9).unwrap();
+    let table = IsotropicHardening::tabulated(&[[0.0, YIELD], [1.0, YIELD + 1e9]]).unwrap();
+    let [linear, table] = [linear, table].map(|law| Hencky::new(solid(), law, HenckySurface::Rankine));
+    for trial in trial_strains() {
+        let [e1, e2, e3] = returned(&material, trial);
+        let opening = (trial[0] - e1) + (trial[1] - e2) + (trial[2] - e3);
+        if opening > 1e-9 {
+            let cut = material.principal_stress([e1, e2, e3])[0];
+            assert!((cut / law.flow_stress(opening).stress - 1.0).abs() < 1e-11, "{trial:?}");
+        }
+        // the closed form of a straight law and the iteration
+        let (one, other) = (returned(&linear, trial), returned(&table, trial));
+        assert!(one.iter().zip(other).all(|(one, other)| (one - other).abs() < 2e-15), "{trial:?}");
+    }
+}
+
+#[test]
+fn von_mises_return_scales_the_deviator() {
+    // "Supplementary notes on return mapping", section 1, with the deviator τ̂ − ⅓ (1·τ̂) 1 and τ_C = √⅔ σ₀
+    let material = Hencky::new(solid(), perfect(), HenckySurface::VonMises);
+    for trial in trial_strains() {
+        let stress = material.principal_stress(trial);
+        let mean = stress.iter().sum::<f64>() / 3.0;
+        let norm = stress.iter().map(|stress| (stress - mean).powi(2)).sum::<f64>().sqrt();
+        let scale = ((2.0_f64 / 3.0).sqrt() * YIELD / norm).min(1.0);
+        let found = material.principal_stress(returned(&material, trial));
+        for (found, stress) in found.iter().zip(stress) {
+            assert!((found - (mean + scale * (stress - mean))).abs() < 1e-14 * YOUNG, "{trial:?}");
+        }
+    }
+}
+
+#[test]
+fn hencky_dissipation_is_that_of_the_lie_derivative() {
+    // −½ τ : (L_v b_e b_e⁻¹), L_v b_e = F (dC_p⁻¹/dt) Fᵀ ("Supplementary notes on return mapping", eq. 10 and 27)
+    for surface in [HenckySurface::VonMises, HenckySurface::Rankine] {
+        let material = Hencky::new(solid(), perfect(), surface);
+        let error = |steps: u32| {
+            let mut old = MaterialPoint::new(&material).state().inverse_plastic_metric;
+            let mut sum = 0.0;
+            let point = drive(&material, simple_shear, 0.5, steps, |_, point| {
+                let gradient = point.deformation_gradient();
+                let metric = point.state().inverse_plastic_metric;
+                let lie = (metric - old).pushed_by(gradient).to_tensor();
+                let inverse = metric.pushed_by(gradient).to_tensor().inverse();
+                let kirchhoff = (*point.stress() * gradient.determinant()).to_tensor();
+                sum -= 0.5 * kirchhoff.dot(&lie.dot(&inverse)).trace();
+                old = metric;
+            });
+            assert!(sum > 0.0);
+            sum / point.plastic_dissipation() - 1.0
+        };
+        let errors = [500, 1000, 2000].map(error);
+        assert!(errors[2].abs() < 2e-3 && (errors[1] / errors[2]).log2() > 0.9, "{surface:?} {errors:?}");
+    }
 }
 
 #[test]

@@ -4,9 +4,9 @@
 
 use estar_material::point::{MaterialPoint, drive};
 use estar_material::{
-    EStar, EStarKinematicState, EStarTotal, Elastic, ElasticConstant, Hypoelastic, IsotropicElasticity,
-    IsotropicHardening, KinematicHardening, Material, Motion, ObjectiveRate, PointGradients, PointState,
-    StepKinematics,
+    EStar, EStarTotal, Elastic, ElasticConstant, ElasticEnergy, FlowRule, GreenNaghdi, Hencky, HenckySurface,
+    Hypoelastic, IsotropicElasticity, IsotropicHardening, KinematicHardening, Material, MetricState, Motion,
+    ObjectiveRate, PlasticMetric, PointGradients, PointState, StepKinematics,
 };
 use estar_tensor::{Kernel, LaneLevel, Real, Rotation, SymmetricTensor, Tensor, WithLanes, dispatch};
 use proptest::prelude::*;
@@ -59,6 +59,21 @@ properties! {
     total_saturation: total(law::saturation());
     total_ludwik: total(law::ludwik());
     total_tabulated: total(law::tabulated());
+    green_naghdi_perfect: green_naghdi(law::perfect());
+    green_naghdi_saturation: green_naghdi(law::saturation());
+    green_naghdi_ludwik: green_naghdi(law::ludwik());
+    hencky_perfect: hencky(law::perfect(), HenckySurface::VonMises);
+    hencky_saturation: hencky(law::saturation(), HenckySurface::VonMises);
+    hencky_ludwik: hencky(law::ludwik(), HenckySurface::VonMises);
+    rankine_perfect: hencky(law::perfect(), HenckySurface::Rankine);
+    rankine_saturation: hencky(law::saturation(), HenckySurface::Rankine);
+    simo_miehe: plastic_metric(law::saturation(), ElasticEnergy::Hencky, FlowRule::SimoMiehe);
+    miehe: plastic_metric(law::saturation(), ElasticEnergy::Hencky, FlowRule::Miehe);
+    lion: plastic_metric(law::saturation(), ElasticEnergy::Hencky, FlowRule::Lion);
+    helm: plastic_metric(law::saturation(), ElasticEnergy::Hencky, FlowRule::Helm);
+    grandi_stefanelli: plastic_metric(law::saturation(), ElasticEnergy::Hencky, FlowRule::GrandiStefanelli);
+    simo_miehe_neo_hooke: plastic_metric(law::perfect(), ElasticEnergy::NeoHooke, FlowRule::SimoMiehe);
+    grandi_stefanelli_neo_hooke: plastic_metric(law::ludwik(), ElasticEnergy::NeoHooke, FlowRule::GrandiStefanelli);
 }
 
 /// The rates that stretch with the material. What is missing of the suite does not hold for them: their stress changes
@@ -88,36 +103,81 @@ convected! {
 struct Subject<M: Material> {
     material: M,
     flow_stress: Box<dyn Fn(f64) -> f64>,
-    back_stress: fn(&M::State<f64>) -> SymmetricTensor<f64>,
+    /// What the flow stress bounds, Pa.
+    driving_stress: fn(&M, &MaterialPoint<'_, M>) -> f64,
+    /// The volume that it works in, of the current volume J: that, or the reference volume 1.
+    volume: fn(f64) -> f64,
     /// The error falls with this power of the step, or faster, where plastic flow turns: 2 where nothing flows, 1 for
     /// the backward Euler of a radial return.
     order: f64,
 }
 
+impl<M: Material> Subject<M> {
+    /// A material that yields under √(3/2) ‖dev T‖.
+    fn cauchy(material: M, law: IsotropicHardening) -> Self {
+        Self {
+            material,
+            flow_stress: flow_stress(law),
+            driving_stress: |_, point| von_mises(point.stress()),
+            volume: |jacobian| jacobian,
+            order: 1.0,
+        }
+    }
+}
+
 fn elastic() -> Subject<Elastic> {
-    let material = Elastic::new(solid());
-    Subject { material, flow_stress: Box::new(|_| f64::INFINITY), back_stress: |_| SymmetricTensor::zero(), order: 2.0 }
+    let subject = Subject::cauchy(Elastic::new(solid()), law::perfect());
+    Subject { flow_stress: Box::new(|_| f64::INFINITY), order: 2.0, ..subject }
 }
 
 fn hypoelastic(rate: ObjectiveRate) -> Subject<Hypoelastic> {
-    let material = Hypoelastic::new(solid(), rate);
-    Subject { material, flow_stress: Box::new(|_| f64::INFINITY), back_stress: |_| SymmetricTensor::zero(), order: 2.0 }
+    let subject = Subject::cauchy(Hypoelastic::new(solid(), rate), law::perfect());
+    Subject { flow_stress: Box::new(|_| f64::INFINITY), order: 2.0, ..subject }
 }
 
 fn box_rate(law: IsotropicHardening) -> Subject<EStar<()>> {
-    let material = EStar::new(solid(), law.clone(), ());
-    Subject { material, flow_stress: flow_stress(law), back_stress: |_| SymmetricTensor::zero(), order: 1.0 }
+    Subject::cauchy(EStar::new(solid(), law.clone(), ()), law)
 }
 
 fn box_rate_kinematic(law: IsotropicHardening, rule: KinematicHardening) -> Subject<EStar<KinematicHardening>> {
-    let material = EStar::new(solid(), law.clone(), rule);
-    let back_stress = |state: &EStarKinematicState<f64>| state.rotated_back_stress;
-    Subject { material, flow_stress: flow_stress(law), back_stress, order: 1.0 }
+    let subject = Subject::cauchy(EStar::new(solid(), law.clone(), rule), law);
+    // √(3/2) ‖dev T̃ − α̃‖
+    let driving_stress = |_: &EStar<KinematicHardening>, point: &MaterialPoint<'_, EStar<KinematicHardening>>| {
+        von_mises(&(point.rotated_stress() - point.state().rotated_back_stress))
+    };
+    Subject { driving_stress, ..subject }
 }
 
 fn total(law: IsotropicHardening) -> Subject<EStarTotal> {
-    let material = EStarTotal::new(solid(), law.clone());
-    Subject { material, flow_stress: flow_stress(law), back_stress: |_| SymmetricTensor::zero(), order: 1.0 }
+    Subject::cauchy(EStarTotal::new(solid(), law.clone()), law)
+}
+
+fn green_naghdi(law: IsotropicHardening) -> Subject<GreenNaghdi> {
+    let subject = Subject::cauchy(GreenNaghdi::new(solid(), law.clone()), law);
+    // √(3/2) ‖dev S‖ per reference volume
+    let driving_stress = |material: &GreenNaghdi, point: &MaterialPoint<'_, GreenNaghdi>| {
+        von_mises(&material.second_piola_kirchhoff(&point.state().strain, &point.state().plastic_strain))
+    };
+    Subject { driving_stress, volume: |_| 1.0, ..subject }
+}
+
+fn hencky(law: IsotropicHardening, surface: HenckySurface) -> Subject<Hencky> {
+    let subject = Subject::cauchy(Hencky::new(solid(), law.clone(), surface), law);
+    // of τ = J T per reference volume
+    let driving_stress: fn(&Hencky, &MaterialPoint<'_, Hencky>) -> f64 = match surface {
+        HenckySurface::VonMises => |_, point| von_mises(&kirchhoff(point)),
+        HenckySurface::Rankine => |_, point| kirchhoff(point).eigensystem().values[0],
+    };
+    Subject { driving_stress, volume: |_| 1.0, ..subject }
+}
+
+fn plastic_metric(law: IsotropicHardening, energy: ElasticEnergy, rule: FlowRule) -> Subject<PlasticMetric> {
+    let subject = Subject::cauchy(PlasticMetric::new(solid(), law.clone(), energy, rule), law);
+    Subject { driving_stress: |_, point| von_mises(&kirchhoff(point)), volume: |_| 1.0, ..subject }
+}
+
+fn kirchhoff<M: Material>(point: &MaterialPoint<'_, M>) -> SymmetricTensor<f64> {
+    *point.stress() * point.deformation_gradient().determinant()
 }
 
 fn flow_stress(law: IsotropicHardening) -> Box<dyn Fn(f64) -> f64> {
@@ -199,9 +259,8 @@ fn distance(a: &SymmetricTensor<f64>, b: &SymmetricTensor<f64>) -> f64 {
     (*a - *b).norm_squared().sqrt()
 }
 
-/// √(3/2) ‖dev(T − α)‖, in the rotated frame.
 fn driving_stress<M: Material>(subject: &Subject<M>, point: &MaterialPoint<'_, M>) -> f64 {
-    von_mises(&(point.rotated_stress() - (subject.back_stress)(point.state())))
+    (subject.driving_stress)(&subject.material, point)
 }
 
 fn plastic_strain<M: Material>(point: &MaterialPoint<'_, M>) -> f64 {
@@ -275,23 +334,24 @@ mod claims {
     }
 
     pub fn dissipation_is_the_work_of_the_flow_stress<M: Material>(subject: &Subject<M>) {
-        // ∫ σ_y J dε̄ᵖ
+        // ∫ σ_y dε̄ᵖ over the volume that σ_y works in
         let error = |steps| {
             let (mut work, mut strain_old) = (0.0, 0.0);
             let point = drive(&subject.material, turning_path, 1.0, steps, |_, point| {
                 let strain = plastic_strain(point);
                 if strain > strain_old {
                     let mean = 0.5 * ((subject.flow_stress)(strain_old) + (subject.flow_stress)(strain));
-                    work += mean * (strain - strain_old) * point.deformation_gradient().determinant();
+                    work += mean * (strain - strain_old) * (subject.volume)(point.deformation_gradient().determinant());
                     strain_old = strain;
                 }
             });
             assert_eq!(work > 0.0, (subject.flow_stress)(0.0).is_finite());
             (work - point.plastic_dissipation()).abs() / work.max(1.0)
         };
-        // the trapezoids of both sides differ at second order, also in the step that holds the onset of yield
-        let (coarse, fine) = (error(500), error(2000));
-        assert!(fine < 1e-5 && coarse >= 8.0 * fine, "{coarse} {fine}");
+        // the trapezoids of both sides differ at second order, also in the step that holds the onset of yield; where in
+        // that step it lies makes the order scatter
+        let (coarse, fine) = (error(250), error(2000));
+        assert!(fine < 1e-5 && coarse >= 8.0_f64.powf(1.5) * fine, "{coarse} {fine}");
     }
 
     pub fn no_more_is_dissipated_than_is_put_in<M: Material>(subject: &Subject<M>) {
@@ -330,7 +390,8 @@ mod claims {
             // the returned stress is a difference of stresses as large as the trial's
             let trial = YOUNG * a.max(c.recip()).powi(2);
             let tolerance = 1e-12 + 4.0 * f64::EPSILON * trial / (subject.flow_stress)(0.0);
-            assert!(outside.abs() < tolerance || (subject.flow_stress)(0.0).is_infinite(), "{stretches:?}: {outside}");
+            assert!(outside < tolerance, "{stretches:?}: {outside}");
+            assert!(outside > -tolerance || plastic_strain(&point) == 0.0, "{stretches:?}: {outside}");
         }
     }
 
@@ -342,11 +403,13 @@ mod claims {
         let elasticity = solid();
         let linear =
             (strain * (2.0 * elasticity.shear_modulus())).plus_spherical(elasticity.lame_lambda() * strain.trace());
-        assert!(distance(point.stress(), &linear) < 1e-6 * von_mises(&linear));
+        // and the rest is of second order, a few ε of it
+        let few = 4.0 * strain.norm_squared().sqrt();
+        assert!(distance(point.stress(), &linear) < few * von_mises(&linear));
         assert_eq!(plastic_strain(&point), 0.0);
         // ½ T : ε
         let energy = 0.5 * linear.double_dot(&strain);
-        assert!((point.internal_energy() / energy - 1.0).abs() < 1e-6);
+        assert!((point.internal_energy() / energy - 1.0).abs() < few);
     }
 
     pub fn halving_the_step_divides_the_error<M: Material>(subject: &Subject<M>) {
@@ -604,14 +667,17 @@ fn prager_stores_the_work_of_its_back_stress() {
 
 #[test]
 fn plastic_metric_keeps_its_determinant_through_100_000_steps() {
-    for law in [law::perfect(), law::saturation(), law::ludwik()] {
-        let subject = total(law);
+    fn keeps<M: Material<State<f64> = MetricState<f64>>>(material: &M) {
         let mut worst: f64 = 0.0;
         let path = |t: f64| cyclic_path(t).dot(&rotation(0.3 * (9.0 * t).sin()));
-        let point = drive(&subject.material, path, 10.0, 100_000, |_, point| {
+        let point = drive(material, path, 10.0, 100_000, |_, point| {
             worst = worst.max((point.state().inverse_plastic_metric.determinant() - 1.0).abs());
         });
         assert!(worst < 1e-12, "{worst}");
         assert!(plastic_strain(&point) > 1.0);
+    }
+    for law in [law::perfect(), law::saturation(), law::ludwik()] {
+        keeps(&total(law.clone()).material);
+        keeps(&hencky(law, HenckySurface::VonMises).material);
     }
 }

@@ -9,7 +9,7 @@ use common::{
     DIRECTIONS, FORMULATIONS, all_nodes, assert_close, bricks, dot, elastic, elasticity, faces, load, minus, moved,
     new, nodes, norm, prescribed, ramp, run, spinning, translation, until, whole, yielding,
 };
-use estar_material::{IsotropicHardening, MaterialModel};
+use estar_material::{ElasticEnergy, FlowRule, HenckySurface, IsotropicHardening, MaterialModel};
 use estar_mesh::Mesh;
 use estar_solver::model::{
     BulkViscosity, Direction, Fix, Formulation, InitialVelocity, LoadKind, Quantity, RigidWall, Spin, TimeSettings,
@@ -119,6 +119,35 @@ fn the_first_steps_of_a_smooth_pull_are_not_judged_by_rounding() {
             }
         });
         assert!(first > 0.0 && first < 1e-12, "{first:e}");
+    }
+}
+
+/// The foot of a copper bar flattens until it is 1.5 times as wide as it was: the ledger balances in every theory that takes
+/// large plastic strain.
+#[test]
+fn impact_balances_in_every_theory() {
+    let mesh = bricks([4e-3, 4e-3, 12e-3], [3, 3, 8]);
+    let copper = elasticity(8930.0, 117e9, 0.35);
+    let hardening = IsotropicHardening::linear(400e6, 100e6).unwrap();
+    let materials = [
+        ("e-star total", MaterialModel::e_star_total(copper, hardening.clone())),
+        ("hencky", MaterialModel::hencky(copper, hardening.clone(), HenckySurface::VonMises)),
+        ("lion", MaterialModel::plastic_metric(copper, hardening, ElasticEnergy::NeoHooke, FlowRule::Lion)),
+    ];
+    for (name, material) in materials {
+        let model = Model {
+            parts: whole(&mesh, material, Formulation::FBar),
+            initial_velocities: vec![translation(&mesh, [0.0, 0.0, -300.0])],
+            walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.0 }],
+            settings: until(40e-6),
+            ..Model::default()
+        };
+        let mut simulation = new(&mesh, model);
+        let worst = worst_error(&mut simulation);
+        let width = simulation.displacement().iter().map(|u| u[0].abs()).fold(0.0, f64::max);
+        println!("{name}: {worst:e}, foot wider by {width:e} a side, {} steps", simulation.step());
+        assert!(width > 1e-3, "{name}: {width}");
+        assert!(worst < 5e-3, "{name}: {worst:e}");
     }
 }
 

@@ -10,7 +10,7 @@ use common::{
     DIRECTIONS, all_nodes, bricks, elastic, elasticity, faces, load, mesh_of, minus, nodes, norm, prescribed, ramp,
     run, translation, until, whole, yielding,
 };
-use estar_material::{IsotropicHardening, MaterialModel};
+use estar_material::{HenckySurface, IsotropicHardening, MaterialModel};
 use estar_mesh::Mesh;
 use estar_solver::model::{
     BulkViscosity, Direction, Fix, Formulation, InitialVelocity, LoadKind, Part, Prescribed, Quantity, RigidWall,
@@ -292,7 +292,12 @@ fn a_crushed_brick_ends_the_run_as_inverted() {
     let mesh = bricks([1.0, 1.0, 3.0], [1, 1, 3]);
     let hardening = IsotropicHardening::perfect(1e4).unwrap();
     let soft = elasticity(1000.0, 1e6, 0.3);
-    for material in [MaterialModel::elastic(soft), MaterialModel::e_star_total(soft, hardening)] {
+    let materials = [
+        MaterialModel::elastic(soft),
+        MaterialModel::e_star_total(soft, hardening.clone()),
+        MaterialModel::hencky(soft, hardening, HenckySurface::VonMises),
+    ];
+    for material in materials {
         for element in [Formulation::Full, Formulation::FBar] {
             for level in LaneLevel::ALL {
                 // the upper two bricks are turned inside out together, whatever the middle does

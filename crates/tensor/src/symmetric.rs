@@ -32,6 +32,13 @@ impl<R: Real> SymmetricTensor<R> {
         Self([amount, amount, amount, zero, zero, zero])
     }
 
+    /// The tensor with these values on the base vectors.
+    #[inline(always)]
+    pub fn diagonal(values: [R; 3]) -> Self {
+        let zero = R::splat(0.0);
+        Self([values[0], values[1], values[2], zero, zero, zero])
+    }
+
     /// tr A.
     #[inline(always)]
     pub fn trace(&self) -> R {

@@ -1,7 +1,7 @@
 //! The deck's reference for people, written from what the parser itself uses.
 
 use super::decoder::ReadKeys;
-use super::schema::{KeySchema, Presence, QuantitySchema, Schema, TableSchema};
+use super::schema::{KeySchema, Presence, QuantitySchema, Schema, TableSchema, Variants};
 use std::fmt::Write;
 
 const HEAD: &str = "\
@@ -90,9 +90,31 @@ fn write_table(text: &mut String, table: &TableSchema, path: &str) {
                 text.extend(inner.lines().map(|line| format!("  {line}\n")));
             }
         }
-        for key in variants.cases.iter().flat_map(|(_, keys)| keys) {
-            write_inner(text, key, path);
+        write_inner_of_variants(text, variants, path);
+    }
+}
+
+/// The inner tables of all choices: one that several choices have stands once, and tables that share a name say whose
+/// they are.
+fn write_inner_of_variants(text: &mut String, variants: &Variants, path: &str) {
+    let mut inner: Vec<(String, String, Vec<String>)> = Vec::new();
+    for (choice, keys) in &variants.cases {
+        for key in keys {
+            let Some(table) = table_of(&key.value) else { continue };
+            let path = format!("{path}.{}", key.name);
+            let mut body = String::new();
+            write_table(&mut body, table, &path);
+            let choice = format!("`{} = \"{}\"`", variants.tag, choice.name);
+            match inner.iter_mut().find(|(other, same, _)| *other == path && *same == body) {
+                Some((_, _, choices)) => choices.push(choice),
+                None => inner.push((path, body, vec![choice])),
+            }
         }
+    }
+    for (path, body, choices) in &inner {
+        let is_alone = inner.iter().filter(|(other, _, _)| other == path).count() == 1;
+        let owners = if is_alone { String::new() } else { format!(" of {}", choices.join(", ")) };
+        let _ = write!(text, "\n### `{path}`{owners}\n\n{body}");
     }
 }
 

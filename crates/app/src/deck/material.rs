@@ -10,7 +10,8 @@ use super::values::{
 };
 use crate::diagnostics::{Diagnostic, listed};
 use estar_material::{
-    ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, MaterialModel, ObjectiveRate,
+    ElasticConstant, ElasticEnergy, FlowRule, HenckySurface, IsotropicElasticity, IsotropicHardening,
+    KinematicHardening, MaterialModel, ObjectiveRate,
 };
 
 deck_table! {
@@ -48,6 +49,31 @@ deck_variants! {
             /// Kinematic hardening; off unless given. `update = "box-rate"` only.
             kinematic: KinematicHardening = optional,
         }
+        /// The Lagrangian theory of Green and Naghdi, for comparison; the second Piola-Kirchhoff stress yields.
+        GreenNaghdi = "green-naghdi" {
+            /// The yield surface.
+            yield_surface: YieldSurface = default("{ kind = 'von-mises' }"),
+            /// Isotropic hardening.
+            hardening: IsotropicHardening = required,
+        }
+        /// Hencky hyperelasticity (logarithmic strain) with return mapping in principal values; Kirchhoff stress yields.
+        Hencky = "hencky" {
+            /// The yield surface.
+            yield_surface: PrincipalSurface = default("{ kind = 'von-mises' }"),
+            /// Isotropic hardening.
+            hardening: IsotropicHardening = required,
+        }
+        /// Hyperelasticity with a flow rule for the plastic metric C_p, to compare the rules of the literature.
+        PlasticMetric = "plastic-metric" {
+            /// The flow rule. A run needs one that keeps C_p symmetric with det C_p = 1; `estar point` takes all.
+            flow_rule: FlowRule = required,
+            /// The elastic energy.
+            energy: ElasticEnergy = default("'hencky'"),
+            /// The yield surface.
+            yield_surface: YieldSurface = default("{ kind = 'von-mises' }"),
+            /// Isotropic hardening.
+            hardening: IsotropicHardening = required,
+        }
         /// Isotropic elasticity in rate form, without yielding.
         Elastic = "elastic" {
             /// The objective rate of the Cauchy stress.
@@ -79,11 +105,36 @@ deck_choice! { ObjectiveRate {
     "lower-convected" => ObjectiveRate::LowerConvected, "Cotter-Rivlin; `estar point` only";
 } }
 
+deck_choice! { FlowRule {
+    "simo-miehe" => FlowRule::SimoMiehe, "Simo & Miehe 1992";
+    "miehe" => FlowRule::Miehe, "Miehe 1995";
+    "lion" => FlowRule::Lion, "Lion 1997";
+    "simo-hughes" => FlowRule::SimoHughes, "Simo & Hughes 1998; loses det C_p = 1";
+    "helm" => FlowRule::Helm, "Helm 2001";
+    "grandi-stefanelli" => FlowRule::GrandiStefanelli, "Grandi & Stefanelli 2015";
+    "frobenius-normal" => FlowRule::FrobeniusNormal, "normal in the reference configuration; loses the symmetry of C_p";
+} }
+
+deck_choice! { ElasticEnergy {
+    "hencky" => ElasticEnergy::Hencky, "quadratic in the logarithmic strain";
+    "neo-hooke" => ElasticEnergy::NeoHooke, "linear in the trace of b_e";
+} }
+
 deck_variants! {
     /// Which stresses yield.
     pub enum YieldSurface by kind {
         /// The second invariant of the deviator.
         VonMises = "von-mises" {}
+    }
+}
+
+deck_variants! {
+    /// Which principal stresses yield.
+    pub enum PrincipalSurface by kind {
+        /// The second invariant of the deviator.
+        VonMises = "von-mises" {}
+        /// The largest principal stress: materials that break in tension.
+        Rankine = "rankine" {}
     }
 }
 
@@ -287,6 +338,17 @@ impl FromDeck for MaterialModel {
         let elasticity = elasticity(&table, node, decoder);
         match table.theory {
             Theory::Elastic { rate } => Some(Self::hypoelastic(elasticity?, rate)),
+            Theory::Hencky { yield_surface, hardening } => {
+                let surface = match yield_surface {
+                    PrincipalSurface::VonMises {} => HenckySurface::VonMises,
+                    PrincipalSurface::Rankine {} => HenckySurface::Rankine,
+                };
+                Some(Self::hencky(elasticity?, hardening, surface))
+            }
+            Theory::PlasticMetric { flow_rule, energy, hardening, .. } => {
+                Some(Self::plastic_metric(elasticity?, hardening, energy, flow_rule))
+            }
+            Theory::GreenNaghdi { hardening, .. } => Some(Self::green_naghdi(elasticity?, hardening)),
             Theory::EStar { update: Update::BoxRate, hardening, kinematic, .. } => {
                 Some(Self::e_star_box_rate(elasticity?, hardening, kinematic.unwrap_or(KinematicHardening::NONE)))
             }
