@@ -10,7 +10,10 @@ use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use estar::bench::single_hex::{Pace, STEPS_BEFORE, SingleHex};
 use estar::bench::taylor_bar::{ELEMENTS, materials};
 use estar::deck::model::element_name;
-use estar_material::{Material, MaterialVisitor, Motion, StepKinematics};
+use estar_material::{
+    ClosestPoint, ElasticConstant, IsotropicElasticity, Material, MaterialVisitor, Motion, ParameterError,
+    StepKinematics,
+};
 use estar_solver::LaneLevel;
 use estar_solver::model::Formulation;
 use estar_tensor::{Kernel, Real, Rotation, Tensor, WithLanes, dispatch};
@@ -172,12 +175,61 @@ impl MaterialVisitor for TimesOf<'_, '_> {
     }
 }
 
+/// Seconds of a closest-point return of principal stresses.
+struct ReturnTime<'a>(&'a ClosestPoint);
+
+struct ReturnRun<'a, R> {
+    surface: &'a ClosestPoint,
+    trials: [[R; 3]; PACKS],
+}
+
+impl WithLanes for ReturnTime<'_> {
+    type Output = f64;
+
+    fn with_lanes<R: Real>(self) -> f64 {
+        let run = ReturnRun { surface: self.0, trials: [[900e6, 300e6, -400e6].map(R::splat); PACKS] };
+        let begun = Instant::now();
+        for _ in 0..ROUNDS {
+            black_box(R::vectorize(black_box(&run)));
+        }
+        each(begun, ROUNDS * PACKS * R::LANES)
+    }
+}
+
+impl<R: Real> Kernel for &ReturnRun<'_, R> {
+    type Output = [[R; 3]; PACKS];
+
+    #[inline(always)]
+    fn run(self) -> [[R; 3]; PACKS] {
+        let mut points = self.trials;
+        for point in &mut points {
+            *point = self.surface.returned(*point);
+        }
+        points
+    }
+}
+
+/// The surfaces of the closest-point return.
+fn surfaces() -> Result<[(&'static str, ClosestPoint); 4], ParameterError> {
+    let constants = (ElasticConstant::YoungModulus(200e9), ElasticConstant::PoissonRatio(0.3));
+    let solid = IsotropicElasticity::new(7850.0, constants.0, constants.1)?;
+    Ok([
+        ("closest point, von Mises", ClosestPoint::von_mises(solid, 260e6)?),
+        ("closest point, Drucker-Prager", ClosestPoint::drucker_prager(solid, 0.5, 260e6, 0.2)?),
+        ("closest point, Rankine", ClosestPoint::rankine(solid, 260e6)?),
+        ("closest point, Mohr-Coulomb", ClosestPoint::mohr_coulomb(solid, 0.5, 260e6)?),
+    ])
+}
+
 fn kernels(criterion: &mut Criterion) {
     for level in LaneLevel::ALL.into_iter().filter(|level| level.is_available()).rev() {
         let mut group = criterion.benchmark_group(format!("kernel, {}", level.name()));
         group.sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(1));
         for (name, angle) in [("polar, guess of the last step", 1e-4), ("polar, guess 60 degrees off", 1.05)] {
             enter(&mut group, name, || dispatch(level, PolarTime { angle }));
+        }
+        for (name, surface) in &surfaces().expect("valid parameters") {
+            enter(&mut group, name, || dispatch(level, ReturnTime(surface)));
         }
         for (name, material) in materials() {
             material.visit(TimesOf { group: &mut group, level, name });

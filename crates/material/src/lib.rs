@@ -2,6 +2,7 @@
 //!
 //! A theory implements [`Material`] once, generic over the number; [`point`] drives it along a path without a mesh.
 
+mod closest_point;
 mod consistency;
 mod e_star;
 mod e_star_kinematic;
@@ -13,6 +14,7 @@ mod green_naghdi;
 mod hardening;
 mod hencky;
 mod kinematics;
+mod loading;
 mod material;
 mod metric_state;
 mod objective_rate;
@@ -21,6 +23,7 @@ mod plastic_metric;
 pub mod point;
 mod return_mapping;
 
+pub use closest_point::ClosestPoint;
 pub use consistency::Consistency;
 pub use e_star::{EStar, EStarState, KinematicRule, Return, Trial};
 pub use e_star_kinematic::EStarKinematicState;
@@ -32,6 +35,7 @@ pub use green_naghdi::{GreenNaghdi, GreenNaghdiState};
 pub use hardening::{FlowStress, IsotropicHardening, KinematicHardening};
 pub use hencky::{Hencky, HenckySurface};
 pub use kinematics::{Motion, PointGradients, ReferenceMotion, RotatedMotion, SpatialMotion, StepKinematics};
+pub use loading::{Loading, LoadingCriterion};
 pub use material::{Material, MaterialModel, MaterialUpdate, MaterialVisitor, PointState};
 pub use metric_state::MetricState;
 pub use objective_rate::{Hypoelastic, HypoelasticState, ObjectiveRate, Turning};
