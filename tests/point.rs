@@ -105,6 +105,11 @@ fn uniaxial_tension_gives_the_figures_of_the_dissertation() {
     for (strain, stress) in table.column("E11").iter().zip(table.column("T11")) {
         close(*stress, (200e9 * strain).min(260e6), 1.0);
     }
+    // Green-Naghdi: S11 stays, and T11 = λ₁/λ₂² S11 grows
+    close(table.value("green_naghdi.T11", "driven", 0.2), 384.3e6, 0.05e6);
+    close(table.value("green_naghdi.S11", "driven", 0.2), 260e6, 1.0);
+    close(table.value("green_naghdi.Ep11", "driven", 0.2), 0.1987, 0.00005);
+    close(table.value("green_naghdi.Es11", "driven", 0.2), 0.00093, 0.000005);
     // perfect plasticity: Φ = 0 where the material flows, and there is no Φ before
     let index = table.column("hardening_index");
     assert!(index[..13].iter().all(|value| value.is_nan()) && index[14..].iter().all(|value| *value == 0.0));

@@ -41,6 +41,8 @@ pub struct Curve {
     pub colour: usize,
     /// Which of the dash patterns it has.
     pub dash: usize,
+    /// Whether it is broad and pale, so that a curve over it does not hide it.
+    pub is_broad: bool,
     /// Its points.
     pub points: Vec<[f64; 2]>,
 }
@@ -73,9 +75,14 @@ const COLOURS: [Colour; 7] =
 /// The first is the widest, so that a dashed curve over it does not hide it.
 const PENS: [(f64, &[f64]); 4] = [(2.4, &[]), (1.8, &[7.0, 3.0]), (1.8, &[2.0, 2.2]), (1.8, &[8.0, 2.5, 2.0, 2.5])];
 
-fn pen(colour: usize, dash: usize) -> Ink {
-    let (width, dashes) = PENS[dash % PENS.len()];
-    Ink::Stroke { colour: COLOURS[colour % COLOURS.len()], width, dashes }
+fn pen(curve: &Curve) -> Ink {
+    let (width, dashes) = PENS[curve.dash % PENS.len()];
+    let colour = COLOURS[curve.colour % COLOURS.len()];
+    if curve.is_broad {
+        let pale = colour.map(|part| part / 2 + 127);
+        return Ink::Stroke { colour: pale, width: 2.0 * width, dashes };
+    }
+    Ink::Stroke { colour, width, dashes }
 }
 
 fn hairline(colour: Colour) -> Ink {
@@ -125,7 +132,7 @@ impl Panel {
         };
         frame.draw(drawing, self);
         for (curve, line) in self.curves.iter().zip(&lines) {
-            drawing.line(line, pen(curve.colour, curve.dash));
+            drawing.line(line, pen(curve));
         }
         if let Some(corner) = legend
             && self.curves.len() > 1
@@ -165,7 +172,7 @@ impl Panel {
     fn draw_legend(&self, drawing: &mut Drawing, [left, top]: [f64; 2]) {
         for (row, curve) in self.curves.iter().enumerate() {
             let middle = top + ROW * (row as f64 + 0.5);
-            drawing.line(&[[left, middle], [left + SAMPLE, middle]], pen(curve.colour, curve.dash));
+            drawing.line(&[[left, middle], [left + SAMPLE, middle]], pen(curve));
             let at = [left + SAMPLE + 6.0, middle + 0.5 * LEGEND_SIZE * CAPITAL_HEIGHT];
             let placement = Placement { at, size: LEGEND_SIZE, anchor: Anchor::Start, upright: false };
             text::write(drawing, &curve.label, placement, INK);
@@ -383,6 +390,7 @@ mod tests {
             label: "a curve with a name".to_owned(),
             colour: 0,
             dash: 0,
+            is_broad: false,
             points: (0..=400).map(|k| [f64::from(k), (0.1 * f64::from(k)).sin() + shift]).collect(),
         };
         let axis = || Axis { label: "x".to_owned(), unit: "MPa".to_owned() };
@@ -404,7 +412,7 @@ mod tests {
         for points in
             [vec![], vec![[1.0, 1.0]], vec![[0.0, f64::NAN], [f64::INFINITY, 1.0]], vec![[0.0, 1e300], [1.0, -1e300]]]
         {
-            let curve = Curve { label: "T".to_owned(), colour: 9, dash: 9, points };
+            let curve = Curve { label: "T".to_owned(), colour: 9, dash: 9, is_broad: true, points };
             let panel = Panel { x: axis(), y: axis(), curves: vec![curve] };
             let figure = Figure { title: "x".repeat(500), panels: vec![panel.clone(), panel.clone(), panel] };
             assert!(figure.drawing().png(1.0).is_some());

@@ -80,7 +80,14 @@ fn panel(x: Column, y: &[Column], problem: &PointProblem, journeys: &[Journey]) 
                 (1, _) => (quantity, quantity),
                 _ => (material, quantity),
             };
-            curves.push(Curve { label, colour, dash, points: journey.rows.iter().filter_map(point).collect() });
+            let is_broad = material == 0 && problem.subjects.len() > 1 && y.len() > 1;
+            curves.push(Curve {
+                label,
+                colour,
+                dash,
+                is_broad,
+                points: journey.rows.iter().filter_map(point).collect(),
+            });
         }
     }
     Panel { x: Axis { label: x.title(driven), unit: x_unit.name }, y: Axis { label, unit: y_unit.name }, curves }
