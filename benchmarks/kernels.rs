@@ -88,7 +88,7 @@ impl<M: Material> WithLanes for UpdateTime<'_, M> {
             material: self.0,
             old: [self.0.initial_state(); PACKS],
             step: StepKinematics {
-                displacement_gradient: Tensor::from_rows(rows.map(|row| row.map(R::splat))),
+                incremental_displacement_gradient: Tensor::from_rows(rows.map(|row| row.map(R::splat))),
                 deformation_gradient: Tensor::identity(),
                 rotation_old: Rotation::identity(),
                 rotation_new: Rotation::identity(),
@@ -98,7 +98,7 @@ impl<M: Material> WithLanes for UpdateTime<'_, M> {
             run.old = R::vectorize(&run);
             // F ← F + Δt L F
             let gradient = run.step.deformation_gradient;
-            run.step.deformation_gradient = gradient + run.step.displacement_gradient.dot(&gradient);
+            run.step.deformation_gradient = gradient + run.step.incremental_displacement_gradient.dot(&gradient);
         }
         let begun = Instant::now();
         for _ in 0..ROUNDS {

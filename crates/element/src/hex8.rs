@@ -333,21 +333,22 @@ pub fn advance<R: Real, M: Material>(
         if let Some(upcoming) = upcoming {
             prefetch(&upcoming.rotations[point]);
         }
-        let (displacement_gradient, volume_half) = gradients(point).displacement_gradient(step.time_step);
+        let (incremental_displacement_gradient, volume_half) =
+            gradients(point).incremental_displacement_gradient(step.time_step);
         let deformation_gradient = scaled_gradient * per_reference_volumes[point];
         let mut kinematics = StepKinematics {
-            displacement_gradient,
+            incremental_displacement_gradient,
             deformation_gradient,
             rotation_old: history.rotations[point],
             rotation_new: rotations[point],
         };
         history.rotations[point] = rotations[point];
-        let trace = displacement_gradient.trace();
+        let trace = incremental_displacement_gradient.trace();
         volume_change = trace.mul_add(volume_half, volume_change);
         if f_bar {
             // L̄ = L + ⅓ (tr L₀ − tr L) I, F̄ = (J₀/J)^⅓ F
             let correction = (centre.volumetric_rate * step.time_step - trace) * (1.0 / 3.0);
-            kinematics.displacement_gradient = displacement_gradient.plus_spherical(correction);
+            kinematics.incremental_displacement_gradient = incremental_displacement_gradient.plus_spherical(correction);
             let scale = (centre.jacobian / deformation_gradient.determinant()).cbrt();
             kinematics.deformation_gradient = deformation_gradient * scale;
         }

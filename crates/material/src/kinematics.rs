@@ -16,8 +16,8 @@ pub struct PointGradients<R> {
 /// Motion of one point from t_n to t_{n+1}. An element may change it (F-bar) before a material sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct StepKinematics<R> {
-    /// Δt L, the displacement gradient of the step: L = ∂v/∂x at mid-step.
-    pub displacement_gradient: Tensor<R>,
+    /// Δt L with L = ∂v/∂x at mid-step.
+    pub incremental_displacement_gradient: Tensor<R>,
     /// F_{n+1}.
     pub deformation_gradient: Tensor<R>,
     /// Rotation R_n; none for a [`Motion`] that needs none.
@@ -37,7 +37,7 @@ impl<R: Real> PointGradients<R> {
 
     /// Δt L = Δt (∂v/∂ξ)(∂x/∂ξ)⁻¹ at the middle of a step of length `time_step` (s), and det(∂x/∂ξ) there.
     #[inline(always)]
-    pub fn displacement_gradient(&self, time_step: f64) -> (Tensor<R>, R) {
+    pub fn incremental_displacement_gradient(&self, time_step: f64) -> (Tensor<R>, R) {
         // (∂x/∂ξ)_{n+½} = (∂x/∂ξ)_{n+1} − ½ Δt ∂v/∂ξ
         let half_step = R::splat(-0.5 * time_step);
         let ([a, b, c], [x, y, z]) = (self.velocity.columns, self.position.columns);
@@ -71,7 +71,7 @@ impl<R: Real> Motion<R> for RotatedMotion<R> {
     #[inline(always)]
     fn new(step: &StepKinematics<R>) -> Self {
         let rotation_half = step.rotation_old.half_way_to(step.rotation_new);
-        Self { strain_increment: step.displacement_gradient.symmetric_part().pulled_by(&rotation_half) }
+        Self { strain_increment: step.incremental_displacement_gradient.symmetric_part().pulled_by(&rotation_half) }
     }
 }
 
@@ -90,7 +90,7 @@ impl<R: Real> Motion<R> for SpatialMotion<R> {
     #[inline(always)]
     fn new(step: &StepKinematics<R>) -> Self {
         Self {
-            strain_increment: step.displacement_gradient.symmetric_part(),
+            strain_increment: step.incremental_displacement_gradient.symmetric_part(),
             deformation_gradient: step.deformation_gradient,
         }
     }
@@ -121,7 +121,7 @@ impl<R: Real> Motion<R> for ReferenceMotion<R> {
     #[inline(always)]
     fn new(step: &StepKinematics<R>) -> Self {
         // F_{n+1} = (I + ½ Δt L) F_{n+½}
-        let half_step = (step.displacement_gradient * R::splat(0.5)).plus_spherical(R::splat(1.0));
+        let half_step = (step.incremental_displacement_gradient * R::splat(0.5)).plus_spherical(R::splat(1.0));
         Self {
             deformation_gradient: step.deformation_gradient,
             volume_half: step.deformation_gradient.determinant() / half_step.determinant(),

@@ -57,7 +57,7 @@ impl ObjectiveRate {
     /// The tensors A and B that carry a stress from t_n to mid-step and from there to t_{n+1}.
     #[inline(always)]
     fn carriers<R: Real>(self, step: &StepKinematics<R>) -> [Tensor<R>; 2] {
-        let gradient = &step.displacement_gradient;
+        let gradient = &step.incremental_displacement_gradient;
         let half = *gradient * R::splat(0.5);
         // with a constant velocity x_n = (I − ½ ΔtL) x_{n+½}, x_{n+1} = (I + ½ ΔtL) x_{n+½}
         let from_half_to_new = half.plus_spherical(R::splat(1.0));
@@ -223,7 +223,7 @@ impl Material for Hypoelastic {
     ) -> MaterialUpdate<R, HypoelasticState<R>> {
         // T_{n+1} = B (A T_n Aᵀ + Δt (2μ dev D + k tr(D) I)) Bᵀ
         let [to_half, to_new] = self.rate.carriers(motion);
-        let strain_increment = motion.displacement_gradient.symmetric_part();
+        let strain_increment = motion.incremental_displacement_gradient.symmetric_part();
         let carried = old.stress.pushed_by(&to_half);
         let grown = predicted_stress(&self.elasticity, &carried, &strain_increment);
         MaterialUpdate {

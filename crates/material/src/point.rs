@@ -40,9 +40,9 @@ impl<'a, M: Material, R: Real> MaterialPoint<'a, M, R> {
         // ξ = X
         let gradients = PointGradients { reference: Tensor::identity(), position: *target, velocity: rate };
         let rotation = Rotation::nearest(target, self.rotation);
-        let (displacement_gradient, volume_half) = gradients.displacement_gradient(time_step);
+        let (incremental_displacement_gradient, volume_half) = gradients.incremental_displacement_gradient(time_step);
         let motion = M::Motion::new(&StepKinematics {
-            displacement_gradient,
+            incremental_displacement_gradient,
             deformation_gradient: *target,
             rotation_old: self.rotation,
             rotation_new: rotation,

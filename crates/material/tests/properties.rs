@@ -586,7 +586,7 @@ fn energies<M: Material>(material: &M, steps: u32) -> (f64, f64, M::State<f64>) 
         let update = material.update(
             &state,
             &M::Motion::new(&StepKinematics {
-                displacement_gradient: gradients.displacement_gradient(time_step).0,
+                incremental_displacement_gradient: gradients.incremental_displacement_gradient(time_step).0,
                 deformation_gradient: target,
                 rotation_old,
                 rotation_new,
