@@ -27,6 +27,9 @@ const ROUNDS: usize = 500;
 /// The same for an element, whose steps deform it.
 const ELEMENT_ROUNDS: usize = 100;
 
+/// The length of a step of the bar's foot, s.
+const TIME_STEP: f64 = 2e-8;
+
 /// Seconds of each of `count` things that were begun at `begun`.
 fn each(begun: Instant, count: usize) -> f64 {
     begun.elapsed().as_secs_f64() / count as f64
@@ -115,7 +118,7 @@ impl<M: Material, R: Real> Kernel for &UpdateRun<'_, M, R> {
     fn run(self) -> [M::State<R>; PACKS] {
         let mut states = self.old;
         for state in &mut states {
-            *state = self.material.update(state, &M::Motion::new(&self.step)).state;
+            *state = self.material.update(state, &M::Motion::new(&self.step), TIME_STEP).state;
             black_box(self.material.cauchy_stress(state, self.step.rotation_new));
         }
         states

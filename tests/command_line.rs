@@ -1,5 +1,6 @@
 //! The program as a user meets it: what the commands write, say and return.
 
+use estar::bench::taylor_bar::{ELEMENTS, materials};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -509,6 +510,53 @@ fn meshes_are_made_and_described() {
 }
 
 #[test]
+fn an_element_that_does_not_suit_a_material_is_warned_of() {
+    let workshop = Workshop::new();
+    let soil =
+        "theory = \"hencky\"\nyield_surface = { kind = \"mohr-coulomb\", friction_angle = 0.5, cohesion = \"1 MPa\" }";
+    let deck = DECK.replacen("theory = \"elastic\"", soil, 1);
+    workshop.run_deck(&deck, &[]).assert(0, &["warning: plastic flow that changes the volume", "element = \"hex8\""]);
+    let full = deck.replacen("material = \"rubber\"\n", "material = \"rubber\"\nelement = \"hex8\"\n", 1);
+    let said = workshop.run_deck(&full, &[]);
+    said.assert(0, &[]);
+    assert!(!said.errors.contains("warning"), "{}", said.errors);
+}
+
+#[test]
+fn temperature_is_a_field_a_probe_and_a_row_of_the_ledger() {
+    let workshop = Workshop::new();
+    let output = "history_steps = 2\n";
+    let probe = "[[probe]]\nname = \"hot\"\nkind = \"maximum\"\ngroup = \"box\"\nfield = \"temperature\"\n";
+    let fields = "history_steps = 2\nfields = [\"temperature\"]\n";
+    let cold = DECK.replacen(output, fields, 1) + probe;
+    let told = ["asks for the temperature of a material that has none", "has the temperature, but no material has one"];
+    workshop.run_deck(&cold, &[]).assert(2, &told);
+
+    let hot = cold
+        .replacen("theory = \"elastic\"", "theory = \"e-star\"\nspecific_heat = \"2 kJ/(kg K)\"", 1)
+        .replacen("value = [1.0, 0.0, 0.0]", "angular = { rate = [300.0, 0.0, 0.0], centre = [0.0, 0.0, 0.0] }", 1)
+        .replacen(
+            "[[part]]",
+            "[material.rubber.hardening]\nlaw = \"johnson-cook\"\na = \"1 kPa\"\nb = \"1 kPa\"\nn = 0.5\nc = 0.01\nm = 1.0\n\
+             reference_rate = 1.0\nreference_temperature = \"20 degC\"\nmelting_temperature = \"200 degC\"\n[[part]]",
+            1,
+        );
+    workshop.run_deck(&hot, &["--set", "time.end='1 ms'"]).assert(0, &[]);
+    let frame = fs::read(workshop.path("deck/fields/frame_00002.vtu")).unwrap();
+    assert!(String::from_utf8_lossy(&frame).contains("Name=\"temperature\""));
+    let summary = workshop.summary();
+    let number = |path: [&str; 2]| summary[path[0]][path[1]].as_f64().unwrap();
+    let (hottest, mean) = (number(["extremes", "max_temperature"]), number(["probes", "hot"]));
+    assert!(mean > 293.15 && hottest >= mean && hottest < 300.0, "{mean} {hottest}");
+    let share = number(["energies", "heat"]) / number(["energies", "plastic_dissipation"]);
+    assert!((share - 0.9).abs() < 1e-12, "{share}");
+    let history = workshop.read("deck/history.csv");
+    assert!(history.lines().next().unwrap().ends_with("controlling_element,heat,max_temperature,hot"));
+    let last: Vec<f64> = history.lines().last().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
+    assert_eq!(last[18..], [number(["energies", "heat"]), hottest, mean]);
+}
+
+#[test]
 fn bench_measures_every_element_and_material() {
     let workshop = Workshop::new();
     let said = workshop.estar(&["bench", "--quick", "--hexes", "24", "--threads", "2", "--lanes", "portable"]);
@@ -532,7 +580,7 @@ fn bench_writes_figures_for_programs() {
     let problem = &report["problems"].as_array().unwrap().last().unwrap();
     assert_eq!((&problem["lanes"], &problem["hexes"]), (&"portable".into(), &24.into()));
     let rows = problem["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), 14);
+    assert_eq!(rows.len(), ELEMENTS.len() * materials().len());
     for row in rows {
         let number = |value: &serde_json::Value| value.as_f64().unwrap();
         let [elastic, flops, yielding] =

@@ -195,6 +195,89 @@ fn the_total_update_refuses_kinematic_hardening() {
     assert_told(&told, &["no kinematic hardening", "use update = \"box-rate\""]);
 }
 
+const JOHNSON_COOK: &str = "hardening = { law = \"johnson-cook\", a = \"90 MPa\", b = \"292 MPa\", n = 0.31, c = 0.025, m = 1.09, \
+                            reference_rate = \"1 1/s\", reference_temperature = \"20 degC\", melting_temperature = \"1083 degC\" }\n\
+                            specific_heat = \"383 J/(kg K)\"";
+
+/// What a user is told about the good deck with the theory, the law and the keys of another material.
+fn told_with(theory: &str, hardening: &str) -> String {
+    let old = "hardening = { law = \"linear\", yield_stress = \"400 MPa\", modulus = \"100 MPa\" }";
+    told(&GOOD.replacen(old, hardening, 1).replacen("theory = \"e-star\"", theory, 1))
+}
+
+#[test]
+fn johnson_cook_is_read_where_a_theory_has_it() {
+    for theory in ["theory = \"e-star\"", "theory = \"e-star\"\nupdate = \"total\"", "theory = \"hencky\""] {
+        assert_eq!(told_with(theory, JOHNSON_COOK), "");
+        assert_eq!(
+            told_with(theory, &format!("{JOHNSON_COOK}\ntaylor_quinney = 0.0\ninitial_temperature = 300.0")),
+            ""
+        );
+    }
+    for theory in [
+        "theory = \"green-naghdi\"",
+        "theory = \"plastic-metric\"\nflow_rule = \"lion\"",
+        "theory = \"hencky\"\nyield_surface = { kind = \"rankine\" }",
+    ] {
+        assert_told(&told_with(theory, JOHNSON_COOK), &["no law that knows rate and temperature", "e-star and hencky"]);
+    }
+    let kinematic = format!("{JOHNSON_COOK}\nkinematic = {{ law = \"prager\", modulus = \"1 GPa\" }}");
+    assert_told(
+        &told_with("theory = \"e-star\"", &kinematic),
+        &["\"johnson-cook\" has no kinematic hardening", "^^^^^^^^^"],
+    );
+}
+
+#[test]
+fn parameters_of_johnson_cook_are_checked_each_at_its_place() {
+    let after = |from: &str, to: &str| {
+        assert!(JOHNSON_COOK.contains(from), "{from}");
+        told_with("theory = \"e-star\"", &JOHNSON_COOK.replacen(from, to, 1))
+    };
+    assert_told(&after("n = 0.31", "n = 1.5"), &["`material.copper.hardening.n` must be greater than 0 and at most 1"]);
+    assert_told(&after("m = 1.09, ", ""), &["`material.copper.hardening` lacks `m`"]);
+    assert_told(&after("\"1 1/s\"", "\"1 s\""), &["reference_rate` must be a rate, not a time"]);
+    assert_told(
+        &after("\"1083 degC\"", "\"10 degC\""),
+        &["material.copper.hardening.melting_temperature = 283.15", "must be above reference_temperature"],
+    );
+    assert_told(&after("\"20 degC\"", "\"-300 degC\""), &["reference_temperature` must be 0 or greater"]);
+    assert_told(&after("\nspecific_heat = \"383 J/(kg K)\"", ""), &["heats and needs `specific_heat`", "460 J/(kg K)"]);
+    assert_told(&after("\"383 J/(kg K)\"", "\"383 W\""), &["specific_heat"]);
+    assert_told(
+        &after("specific_heat", "taylor_quinney = 1.1\nspecific_heat"),
+        &["taylor_quinney` must be from 0 to 1"],
+    );
+    // a law that knows no temperature
+    let linear =
+        "hardening = { law = \"perfect\", yield_stress = \"400 MPa\" }\nspecific_heat = 383.0\ntaylor_quinney = 0.9";
+    assert_told(
+        &told_with("theory = \"e-star\"", linear),
+        &["`specific_heat` is of no use", "`taylor_quinney` is of no use", "2 errors"],
+    );
+}
+
+#[test]
+fn surfaces_of_soils_are_read_and_their_angles_checked() {
+    let told = |surface: &str, more: &str| {
+        told_with("theory = \"hencky\"", &format!("yield_surface = {{ {surface} }}\n{more}"))
+    };
+    let cone = "kind = \"drucker-prager\", friction_angle = \"30 deg\", cohesion = \"2 MPa\"";
+    let pyramid = "kind = \"mohr-coulomb\", friction_angle = \"30 deg\", cohesion = \"2 MPa\"";
+    assert_eq!(told(cone, ""), "");
+    assert_eq!(told(&format!("{cone}, dilatancy_angle = 0.0"), ""), "");
+    assert_eq!(told(pyramid, ""), "");
+    assert_told(&told(&format!("{cone}, dilatancy_angle = \"31 deg\""), ""), &["dilatancy_angle = 0.54", "^^^^^^^^"]);
+    assert_told(&told(&pyramid.replace("30 deg", "90 deg"), ""), &["friction_angle = 1.57", "a right angle"]);
+    assert_told(&told(&pyramid.replace("\"2 MPa\"", "0.0"), ""), &["cohesion` must be greater than 0"]);
+    assert_told(&told(&pyramid.replace(", cohesion = \"2 MPa\"", ""), ""), &["lacks `cohesion`"]);
+    assert_told(
+        &told(pyramid, "hardening = { law = \"perfect\", yield_stress = 1.0 }"),
+        &["perfectly plastic", "leave it out"],
+    );
+    assert_told(&told("kind = \"rankine\"", ""), &["`hardening` is missing", "yield_stress"]);
+}
+
 #[test]
 fn curves_must_increase_in_time() {
     let prescribed = |curve: &str| {

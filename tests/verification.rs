@@ -231,6 +231,9 @@ verification! {
     taylor_quarter
     taylor_whole
     taylor_total
+    taylor_johnson_cook
+    taylor_johnson_cook_total
+    taylor_johnson_cook_hencky
     cook_2
     cook_4
     cook_8

@@ -13,6 +13,8 @@ pub enum Field {
     CauchyStress,
     /// Equivalent plastic strain of hexes.
     EquivalentPlasticStrain,
+    /// Temperature of hexes, K.
+    Temperature,
     /// Von Mises stress of hexes, Pa.
     VonMisesStress,
     /// Pressure of hexes, Pa.
@@ -34,6 +36,8 @@ pub enum ProbeField {
     CauchyStress,
     /// Equivalent plastic strain of hexes.
     EquivalentPlasticStrain,
+    /// Temperature of hexes, K.
+    Temperature,
     /// Von Mises stress of hexes, Pa.
     VonMisesStress,
     /// Pressure of hexes, Pa.
@@ -55,6 +59,7 @@ impl ProbeField {
             Self::Velocity => Dimension::VELOCITY,
             Self::CauchyStress | Self::VonMisesStress | Self::Pressure => Dimension::STRESS,
             Self::EquivalentPlasticStrain | Self::VolumeRatio => Dimension::NUMBER,
+            Self::Temperature => Dimension::TEMPERATURE,
         }
     }
 

@@ -11,7 +11,7 @@ use crate::fields::Field;
 use estar_io::{FieldData, Frame, Grid, ResultWriter, WriteError};
 use estar_mesh::Mesh;
 use estar_solver::Simulation;
-use estar_solver::fields::{pressure, volume_ratio, von_mises_stress};
+use estar_solver::fields::{HexMeans, pressure, volume_ratio, von_mises_stress};
 use estar_solver::model::Part;
 use rayon::prelude::*;
 use std::path::Path;
@@ -41,6 +41,7 @@ struct Numbers {
     velocity: Vec<[f64; 3]>,
     cauchy_stress: Vec<[f64; 6]>,
     equivalent_plastic_strain: Vec<f64>,
+    temperature: Vec<f64>,
 }
 
 impl FrameWriter {
@@ -147,7 +148,11 @@ impl Numbers {
             self.equivalent_plastic_strain.resize(hex_count, 0.0);
             self.equivalent_plastic_strain.as_mut_slice()
         });
-        simulation.write_means(stress, strain);
+        let temperature = is_wanted(&[Field::Temperature]).then(|| {
+            self.temperature.resize(hex_count, 0.0);
+            self.temperature.as_mut_slice()
+        });
+        simulation.write_means(HexMeans { cauchy_stress: stress, equivalent_plastic_strain: strain, temperature });
     }
 
     fn write(&self, writer: &mut ResultWriter, grid: &Grid, mesh: &Mesh, fields: &[Field]) -> Result<(), WriteError> {
@@ -170,6 +175,7 @@ impl Numbers {
                     let strain = FieldData::F64(&self.equivalent_plastic_strain);
                     (&mut cell_fields, "equivalent_plastic_strain", 1, strain)
                 }
+                Field::Temperature => (&mut cell_fields, "temperature", 1, FieldData::F64(&self.temperature)),
                 Field::VonMisesStress => (&mut cell_fields, "von_mises_stress", 1, computed(&von_mises_stress)),
                 Field::Pressure => (&mut cell_fields, "pressure", 1, computed(&pressure)),
                 Field::VolumeRatio => (&mut cell_fields, "volume_ratio", 1, computed(&volume_ratio)),

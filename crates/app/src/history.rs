@@ -27,6 +27,9 @@ pub const COLUMNS: [&str; 18] = [
     "controlling_element",
 ];
 
+/// Those that follow where a material has a temperature.
+pub const THERMAL_COLUMNS: [&str; 2] = ["heat", "max_temperature"];
+
 /// The growing file.
 #[derive(Debug)]
 pub struct History {
@@ -39,9 +42,14 @@ impl History {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn create<'a>(directory: &Path, probes: impl Iterator<Item = &'a str>) -> Result<Self, Failure> {
+    pub fn create<'a>(
+        directory: &Path,
+        has_temperature: bool,
+        probes: impl Iterator<Item = &'a str>,
+    ) -> Result<Self, Failure> {
         let path = directory.join("history.csv");
-        let columns: Vec<&str> = COLUMNS.into_iter().chain(probes).collect();
+        let thermal = THERMAL_COLUMNS.into_iter().filter(|_| has_temperature);
+        let columns: Vec<&str> = COLUMNS.into_iter().chain(thermal).chain(probes).collect();
         let writer = HistoryWriter::create(&path, &columns).map_err(Failure::writing(&path))?;
         Ok(Self { path, writer })
     }
@@ -77,6 +85,9 @@ impl History {
             Value::Real(extremes.min_jacobian),
             Value::Integer(label),
         ];
+        if let Some(temperature) = extremes.max_temperature {
+            row.extend([Value::Real(energies.heat), Value::Real(temperature)]);
+        }
         row.extend(probes.iter().map(|value| Value::Real(*value)));
         self.writer.write_row(&row).map_err(Failure::writing(&self.path))?;
         Ok(extremes.min_jacobian)

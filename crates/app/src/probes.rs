@@ -10,7 +10,7 @@ use crate::history;
 use crate::snapshot::Snapshot;
 use estar_mesh::quality::volume;
 use estar_mesh::{Group, GroupKind, Mesh};
-use estar_solver::model::Direction;
+use estar_solver::model::{Direction, Part};
 
 /// A number that is followed.
 #[derive(Clone, Debug)]
@@ -61,16 +61,16 @@ impl Probe {
     }
 }
 
-/// The probes of a deck on a mesh.
-pub fn resolve(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Probe> {
+/// The probes of a deck on a mesh of such parts.
+pub fn resolve(deck: &Deck, mesh: &Mesh, parts: &[Part], diagnostics: &mut Diagnostics) -> Vec<Probe> {
     let mut probes = Vec::new();
     for table in &deck.probe {
         let name = &table.name.0;
-        if history::COLUMNS.contains(&name.value.as_str()) {
+        if history::COLUMNS.iter().chain(&history::THERMAL_COLUMNS).any(|column| *column == name.value) {
             let message = format!("the probe `{}` has the name of a column that history.csv has anyway", name.value);
             diagnostics.push(Diagnostic::error(message).at(name.span, "this name").help("any other name would do"));
         }
-        if let Some(what) = (Resolver { mesh, diagnostics }).what(table) {
+        if let Some(what) = (Resolver { mesh, parts, diagnostics }).what(table) {
             probes.push(Probe { name: name.value.clone(), dimension: table.kind.dimension(), what });
         }
     }
@@ -79,6 +79,7 @@ pub fn resolve(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<P
 
 struct Resolver<'a> {
     mesh: &'a Mesh,
+    parts: &'a [Part],
     diagnostics: &'a mut Diagnostics,
 }
 
@@ -127,7 +128,9 @@ impl Resolver<'_> {
                     return None;
                 }
                 let component = self.component(field, component)?;
-                Some(What::Mean { field: field.value, component, weights: vec![(hex? as u32, 1.0)] })
+                let hex = hex? as u32;
+                self.check_temperature(field, &[hex]);
+                Some(What::Mean { field: field.value, component, weights: vec![(hex, 1.0)] })
             }
             ProbeKind::GroupAverage { group, field, component } => {
                 let component = self.component(field, component)?;
@@ -175,6 +178,7 @@ impl Resolver<'_> {
             return Some(group.nodes.clone());
         }
         if group.kind == GroupKind::Volume {
+            self.check_temperature(field, &group.hexes);
             return Some(group.hexes.clone());
         }
         let message = format!("the group `{}` is a {}, but the field lives on hexes", group.name, group.kind);
@@ -183,6 +187,22 @@ impl Resolver<'_> {
         let diagnostic = Diagnostic::error(message).at(name.span, "a volume group is needed");
         self.diagnostics.push(diagnostic.at(field.span, "this field").help(help));
         None
+    }
+
+    /// Every hex whose temperature is asked for must have one.
+    fn check_temperature(&mut self, field: &At<ProbeField>, hexes: &[u32]) {
+        if field.value != ProbeField::Temperature {
+            return;
+        }
+        let cold = self.parts.iter().find(|part| {
+            let of_part = |hex: &u32| part.hexes.binary_search(hex).is_ok();
+            !part.material.has_temperature() && hexes.iter().any(of_part)
+        });
+        if cold.is_some() {
+            let diagnostic = Diagnostic::error("this probe asks for the temperature of a material that has none");
+            let help = "a material has a temperature with hardening = { law = \"johnson-cook\", ... }";
+            self.diagnostics.push(diagnostic.at(field.span, "this field").help(help));
+        }
     }
 
     fn wrong_place(&mut self, span: Span, place: &str, wanted: &str) {

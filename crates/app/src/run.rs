@@ -126,7 +126,9 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn start(problem: Problem, simulation: Simulation, directory: &'a Path, console: Console) -> Result<Self, Failure> {
-        let history = History::create(directory, problem.probes.iter().map(|probe| probe.name.as_str()))?;
+        let has_temperature = problem.model.parts.iter().any(|part| part.material.has_temperature());
+        let history =
+            History::create(directory, has_temperature, problem.probes.iter().map(|probe| probe.name.as_str()))?;
         let frames = FrameWriter::start(directory, &problem.mesh, &problem.model.parts, &problem.output.fields)?;
         let progress = Progress::start(directory, &console, &simulation)?;
         let expectations = &problem.expectations;
@@ -384,6 +386,7 @@ fn conclusion(summary: &Summary, directory: &Path) -> String {
         ("kinetic energy", energies.kinetic_energy),
         ("internal energy", energies.internal_energy),
         ("of it dissipated", energies.plastic_dissipation),
+        ("of that as heat", energies.heat),
         ("bulk viscosity", energies.viscous_energy),
         ("external work", energies.external_work),
         ("contact", energies.contact_energy),

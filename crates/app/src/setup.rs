@@ -7,6 +7,7 @@ use crate::deck::{self, Deck, Reading};
 use crate::diagnostics::{Diagnostic, Diagnostics, Findings, listed, nearest};
 use crate::expectations::{self, Expectation};
 use crate::failure::Failure;
+use crate::fields::Field;
 use crate::output::{OutputPlan, output_plan};
 use crate::probes::{self, Probe};
 use crate::summary::hex;
@@ -15,7 +16,8 @@ use estar_io::MeshFile;
 use estar_mesh::quality::{QualityReport, QualitySummary, volume};
 use estar_mesh::{Group, Mesh, locality_order};
 use estar_solver::model::{
-    BulkViscosity, Fix, InitialVelocity, Load, LoadKind, Model, Part, Prescribed, RigidWall, Spin, TimeSettings,
+    BulkViscosity, Fix, Formulation, InitialVelocity, Load, LoadKind, Model, Part, Prescribed, RigidWall, Spin,
+    TimeSettings,
 };
 use estar_solver::{LaneLevel, Simulation};
 use rayon::prelude::*;
@@ -123,9 +125,10 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
 
     let model = model(&deck, &mesh, diagnostics);
     constraints::check(&deck, &mesh, diagnostics);
-    let probes = probes::resolve(&deck, &mesh, diagnostics);
+    let probes = probes::resolve(&deck, &mesh, &model.parts, diagnostics);
     let expectations = expectations::resolve(&deck, diagnostics);
     let output = output_plan(&deck, diagnostics);
+    check_temperature(&deck, &model.parts, diagnostics);
     if diagnostics.has_errors() {
         return fault(findings, false);
     }
@@ -230,6 +233,17 @@ fn check_groups(mesh: &Mesh, mentions: &[GroupMention], diagnostics: &mut Diagno
     }
 }
 
+/// A field of temperatures is asked for only where a material has one.
+fn check_temperature(deck: &Deck, parts: &[Part], diagnostics: &mut Diagnostics) {
+    if let Some(field) = deck.output.fields.iter().find(|field| field.value == Field::Temperature)
+        && !parts.iter().any(|part| part.material.has_temperature())
+    {
+        let diagnostic = Diagnostic::error("`output.fields` has the temperature, but no material has one");
+        let help = "a material has a temperature with hardening = { law = \"johnson-cook\", ... }";
+        diagnostics.push(diagnostic.at(field.span, "this field").help(help));
+    }
+}
+
 /// What the solver is given.
 fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
     let nodes = |name: &str| mesh.group(name).map_or_else(Vec::new, |group| group.nodes.clone());
@@ -278,6 +292,11 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
             let message = format!("the material `{}` is for `estar point` only", part.material.0.value);
             diagnostics
                 .push(Diagnostic::error(message).at(part.material.0.span, "no element can have it").help(reason));
+        }
+        if part.element == Formulation::FBar && !material.keeps_volume() {
+            let message = "plastic flow that changes the volume, in elements `hex8-f-bar`, does not keep the energy";
+            let help = "take element = \"hex8\" for the part: such flow does not lock";
+            diagnostics.push(Diagnostic::warning(message).at(part.material.0.span, "this material").help(help));
         }
         let hexes = mesh.group(&part.group.name.value)?.hexes.clone();
         Some(Part { hexes, material: material.clone(), element: part.element })

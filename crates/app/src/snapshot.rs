@@ -3,7 +3,7 @@
 use crate::fields::{Component, ProbeField};
 use estar_mesh::Mesh;
 use estar_solver::Simulation;
-use estar_solver::fields::{pressure, volume_ratio, von_mises_stress};
+use estar_solver::fields::{HexMeans, pressure, volume_ratio, von_mises_stress};
 use estar_solver::model::Direction;
 use std::cell::OnceCell;
 
@@ -15,19 +15,26 @@ pub struct Snapshot<'a> {
     pub simulation: &'a Simulation,
     cauchy_stress: OnceCell<Vec<[f64; 6]>>,
     equivalent_plastic_strain: OnceCell<Vec<f64>>,
+    temperature: OnceCell<Vec<f64>>,
 }
 
 impl<'a> Snapshot<'a> {
     /// The present state.
     pub fn new(mesh: &'a Mesh, simulation: &'a Simulation) -> Self {
-        Self { mesh, simulation, cauchy_stress: OnceCell::new(), equivalent_plastic_strain: OnceCell::new() }
+        Self {
+            mesh,
+            simulation,
+            cauchy_stress: OnceCell::new(),
+            equivalent_plastic_strain: OnceCell::new(),
+            temperature: OnceCell::new(),
+        }
     }
 
     /// Cauchy stress of every hex, Pa.
     fn cauchy_stress(&self) -> &[[f64; 6]] {
         self.cauchy_stress.get_or_init(|| {
             let mut field = vec![[0.0; 6]; self.mesh.hex_count()];
-            self.simulation.write_means(Some(&mut field), None);
+            self.simulation.write_means(HexMeans { cauchy_stress: Some(&mut field), ..HexMeans::default() });
             field
         })
     }
@@ -36,7 +43,17 @@ impl<'a> Snapshot<'a> {
     fn equivalent_plastic_strain(&self) -> &[f64] {
         self.equivalent_plastic_strain.get_or_init(|| {
             let mut field = vec![0.0; self.mesh.hex_count()];
-            self.simulation.write_means(None, Some(&mut field));
+            self.simulation
+                .write_means(HexMeans { equivalent_plastic_strain: Some(&mut field), ..HexMeans::default() });
+            field
+        })
+    }
+
+    /// Temperature of every hex, K.
+    fn temperature(&self) -> &[f64] {
+        self.temperature.get_or_init(|| {
+            let mut field = vec![0.0; self.mesh.hex_count()];
+            self.simulation.write_means(HexMeans { temperature: Some(&mut field), ..HexMeans::default() });
             field
         })
     }
@@ -57,6 +74,7 @@ impl<'a> Snapshot<'a> {
             ProbeField::Velocity => component.of_vector(&self.simulation.velocity(at)),
             ProbeField::CauchyStress => component.of_tensor(&self.cauchy_stress()[at]),
             ProbeField::EquivalentPlasticStrain => self.equivalent_plastic_strain()[at],
+            ProbeField::Temperature => self.temperature()[at],
             ProbeField::VonMisesStress => von_mises_stress(&self.cauchy_stress()[at]),
             ProbeField::Pressure => pressure(&self.cauchy_stress()[at]),
             ProbeField::VolumeRatio => {

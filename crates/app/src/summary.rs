@@ -91,6 +91,8 @@ pub struct EnergySummary {
     pub kinetic_energy: f64,
     pub internal_energy: f64,
     pub plastic_dissipation: f64,
+    /// The part of the dissipation that has heated materials with a temperature.
+    pub heat: f64,
     pub viscous_energy: f64,
     pub hourglass_energy: f64,
     pub external_work: f64,
@@ -107,6 +109,8 @@ pub struct EnergySummary {
 #[allow(missing_docs)]
 pub struct ExtremeSummary {
     pub max_equivalent_plastic_strain: f64,
+    /// K, of the quadrature points; none where no material has a temperature.
+    pub max_temperature: Option<f64>,
     pub min_jacobian: f64,
     pub controlling_element: u64,
 }
@@ -134,6 +138,7 @@ impl EnergySummary {
             kinetic_energy: energies.kinetic,
             internal_energy: energies.internal,
             plastic_dissipation: energies.plastic_dissipation,
+            heat: energies.heat,
             viscous_energy: energies.viscous,
             hourglass_energy: 0.0,
             external_work: energies.external_work(),
@@ -152,6 +157,7 @@ impl ExtremeSummary {
         let extremes = snapshot.simulation.extremes();
         Self {
             max_equivalent_plastic_strain: extremes.max_equivalent_plastic_strain,
+            max_temperature: extremes.max_temperature,
             min_jacobian: extremes.min_jacobian,
             controlling_element: snapshot.mesh.hex_labels()[extremes.controlling_hex as usize].0,
         }

@@ -363,7 +363,7 @@ pub fn advance<R: Real, M: Material>(
         if let Some(ratio) = material.stiffening(motion) {
             stiffening = Some(stiffening.map_or(ratio, |largest: R| largest.max(ratio)));
         }
-        let update = material.update(state, motion);
+        let update = material.update(state, motion, step.time_step);
         *state = update.state;
         internal_energy = update.internal_energy.mul_add(volume_half, internal_energy);
         plastic_dissipation = update.plastic_dissipation.mul_add(volume_half, plastic_dissipation);

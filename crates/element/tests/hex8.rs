@@ -28,7 +28,7 @@ fn elastic() -> Elastic {
 }
 
 /// Copper of the Taylor bar: it yields at a strain of 0.3 %.
-fn copper() -> EStar<()> {
+fn copper() -> EStar<(), IsotropicHardening> {
     EStar::new(elasticity(0.35), IsotropicHardening::linear(400e6, 100e6).unwrap(), ())
 }
 

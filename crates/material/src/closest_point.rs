@@ -118,6 +118,17 @@ impl ClosestPoint {
         array(|i| R::select(outside, point[i], trial[i]))
     }
 
+    /// The elasticity that measures distance.
+    pub fn elasticity(&self) -> &IsotropicElasticity {
+        &self.elasticity
+    }
+
+    /// Whether the flow keeps the volume everywhere, at an apex too.
+    #[inline(always)]
+    pub fn keeps_volume(&self) -> bool {
+        matches!(self.surface, Surface::Revolution { slope, .. } if slope == 0.0)
+    }
+
     /// [1/3k, 1/2μ].
     fn compliances(&self) -> [f64; 2] {
         [(3.0 * self.elasticity.bulk_modulus()).recip(), (2.0 * self.elasticity.shear_modulus()).recip()]

@@ -6,56 +6,70 @@
 //! - elasticity   T̃ = 2μ dev E* + k tr(E*) I (dV 7.36, 7.37), in rate form dT̃/dt = 2μ dev(D̃ − D̄_p) + k tr(D̃) I
 //! - yield        √(3/2) ‖dev T̃ − α̃‖ ≤ σ_y(ε̄ᵖ) (dV 7.76, 7.78)
 //! - flow         D̄_p = γ̇ n, n = (dev T̃ − α̃)/‖dev T̃ − α̃‖, ε̄̇ᵖ = √⅔ γ̇, so tr D̄_p = 0
-//! - hardening    σ_y(ε̄ᵖ), and the motion of α̃ that the [`KinematicRule`] gives
+//! - hardening    σ_y as the [`Hardening`] law gives it, and the motion of α̃ that the [`KinematicRule`] gives
 //!
 //! Update at the mid-step configuration, exactly objective: elastic predictor, radial return. Second order in the step for
 //! elastic response and for flow in one direction, first order where the direction of flow turns (backward Euler).
 //!
-//! Parameters: elasticity, isotropic and kinematic hardening. History: T̃, ε̄ᵖ and, where the surface moves, α̃.
+//! Heating is by the dissipation per undeformed volume, J (T̃ − α̃) : D̄_p with J = exp(tr T̃/3k).
+//!
+//! Parameters: elasticity, isotropic and kinematic hardening. History: T̃, ε̄ᵖ, α̃ where the surface moves, and what the
+//! hardening law remembers.
 
 use crate::elastic::stress_power;
 use crate::factors::{elastic_strain, plastic_metric_under};
-use crate::material::point_state;
-use crate::return_mapping::radial_increment;
-use crate::{FlowStress, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, PointState, RotatedMotion};
+use crate::point_state;
+use crate::return_mapping::{RadialReturn, radial_hardening_index};
+use crate::{
+    FlowStart, FlowStress, Hardening, IsotropicElasticity, Material, MaterialUpdate, PointState, RotatedMotion,
+};
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor};
 
 /// The E* theory in box-rate form; `K` is `()` or [`KinematicHardening`](crate::KinematicHardening).
 #[derive(Clone, Debug)]
-pub struct EStar<K> {
-    pub(crate) elasticity: IsotropicElasticity,
-    pub(crate) hardening: IsotropicHardening,
+pub struct EStar<K, H> {
+    elasticity: IsotropicElasticity,
+    hardening: H,
     kinematic: K,
 }
 
-/// History of [`EStar`] with isotropic hardening.
+/// History of [`EStar`].
 #[derive(Clone, Copy, Debug)]
-pub struct EStarState<R> {
+pub struct EStarState<R, BackStress, Memory> {
     /// Rotated Cauchy stress T̃ = RᵀTR, Pa.
     pub rotated_stress: SymmetricTensor<R>,
     /// Equivalent plastic strain ε̄ᵖ.
     pub equivalent_plastic_strain: R,
+    /// Rotated back stress α̃, where the surface moves.
+    pub back_stress: BackStress,
+    /// What the hardening law remembers.
+    pub memory: Memory,
 }
 
-point_state!(EStarState { rotated_stress: symmetric, equivalent_plastic_strain: number });
+point_state!(EStarState<BackStress, Memory> {
+    rotated_stress: symmetric,
+    equivalent_plastic_strain: number,
+    back_stress: inner,
+    memory: inner,
+});
 
 /// Whether and how the centre of the yield surface moves. `()` is a surface that rests and costs no history;
 /// [`KinematicHardening`](crate::KinematicHardening) moves it.
 pub trait KinematicRule: Clone + Send + Sync + 'static {
-    /// History with this rule.
-    type State<R: Real>: PointState<R>;
+    /// What a history keeps of the centre.
+    type BackStress<R: Real>: PointState<R>;
 
-    /// T̃, ε̄ᵖ and α̃ of a history.
-    fn parts<R: Real>(state: &Self::State<R>) -> (SymmetricTensor<R>, R, SymmetricTensor<R>);
+    /// α̃ of what is kept, Pa.
+    fn back_stress<R: Real>(kept: &Self::BackStress<R>) -> SymmetricTensor<R>;
 
-    /// The history of T̃, ε̄ᵖ and α̃.
-    fn state<R: Real>(stress: SymmetricTensor<R>, strain: R, back_stress: SymmetricTensor<R>) -> Self::State<R>;
+    /// What is kept of α̃ (Pa).
+    fn kept<R: Real>(back_stress: SymmetricTensor<R>) -> Self::BackStress<R>;
 
     /// √(3/2) n : dα̃/dε̄ᵖ, Pa, where the flow has the direction of `relative` = dev T̃ − α̃.
     fn back_stress_slope(&self, back_stress: &SymmetricTensor<f64>, relative: &SymmetricTensor<f64>) -> f64;
 
     /// The return of an inadmissible trial stress to the yield surface.
-    fn return_mapping<R: Real>(&self, trial: &Trial<R>, material: &EStar<Self>) -> Return<R>;
+    fn return_mapping<R: Real, H: Hardening>(&self, trial: &Trial<R>, law: &RadialReturn<'_, H, R>) -> Return<R>;
 }
 
 /// A trial state outside the yield surface, in the lanes that yield.
@@ -69,10 +83,8 @@ pub struct Trial<R: Real> {
     pub equivalent_stress: R,
     /// 1 over this.
     pub per_equivalent_stress: R,
-    /// ε̄ᵖ_n.
-    pub plastic_strain: R,
-    /// σ_y(ε̄ᵖ_n).
-    pub flow_stress: FlowStress<R>,
+    /// σ_y before the step.
+    pub flow_stress_old: FlowStress<R>,
     /// α̃_n, Pa.
     pub back_stress: SymmetricTensor<R>,
 }
@@ -89,17 +101,15 @@ pub struct Return<R> {
 }
 
 impl KinematicRule for () {
-    type State<R: Real> = EStarState<R>;
+    type BackStress<R: Real> = ();
 
     #[inline(always)]
-    fn parts<R: Real>(state: &EStarState<R>) -> (SymmetricTensor<R>, R, SymmetricTensor<R>) {
-        (state.rotated_stress, state.equivalent_plastic_strain, SymmetricTensor::zero())
+    fn back_stress<R: Real>((): &()) -> SymmetricTensor<R> {
+        SymmetricTensor::zero()
     }
 
     #[inline(always)]
-    fn state<R: Real>(stress: SymmetricTensor<R>, strain: R, _: SymmetricTensor<R>) -> EStarState<R> {
-        EStarState { rotated_stress: stress, equivalent_plastic_strain: strain }
-    }
+    fn kept<R: Real>(_: SymmetricTensor<R>) {}
 
     fn back_stress_slope(&self, _: &SymmetricTensor<f64>, _: &SymmetricTensor<f64>) -> f64 {
         0.0
@@ -107,16 +117,9 @@ impl KinematicRule for () {
 
     /// Radial return with p = Δε̄ᵖ: √(3/2) ‖dev T̃_trial‖ − 3μ p = σ_y(ε̄ᵖ_n + p), n = dev T̃_trial/‖dev T̃_trial‖.
     #[inline(always)]
-    fn return_mapping<R: Real>(&self, trial: &Trial<R>, material: &EStar<()>) -> Return<R> {
-        let three_mu = 3.0 * material.elasticity.shear_modulus();
-        let p = radial_increment(
-            &material.elasticity,
-            &material.hardening,
-            trial.yields,
-            trial.equivalent_stress,
-            trial.plastic_strain,
-            trial.flow_stress,
-        );
+    fn return_mapping<R: Real, H: Hardening>(&self, trial: &Trial<R>, law: &RadialReturn<'_, H, R>) -> Return<R> {
+        let three_mu = 3.0 * law.elasticity.shear_modulus();
+        let p = law.plastic_increment(trial.yields, trial.equivalent_stress, trial.flow_stress_old);
 
         // 2μ Δγ n = 3μ p dev T̃_trial / (√(3/2) ‖dev T̃_trial‖)
         let factor = R::select(trial.yields, p * three_mu * trial.per_equivalent_stress, R::splat(0.0));
@@ -124,15 +127,15 @@ impl KinematicRule for () {
     }
 }
 
-impl<K: KinematicRule> EStar<K> {
+impl<K: KinematicRule, H: Hardening> EStar<K, H> {
     /// The material with these parameters.
-    pub fn new(elasticity: IsotropicElasticity, hardening: IsotropicHardening, kinematic: K) -> Self {
+    pub fn new(elasticity: IsotropicElasticity, hardening: H, kinematic: K) -> Self {
         Self { elasticity, hardening, kinematic }
     }
 }
 
-impl<K: KinematicRule> Material for EStar<K> {
-    type State<R: Real> = K::State<R>;
+impl<K: KinematicRule, H: Hardening> Material for EStar<K, H> {
+    type State<R: Real> = EStarState<R, K::BackStress<R>, H::Memory<R>>;
 
     type Motion<R: Real> = RotatedMotion<R>;
 
@@ -140,13 +143,24 @@ impl<K: KinematicRule> Material for EStar<K> {
         &self.elasticity
     }
 
-    fn initial_state<R: Real>(&self) -> K::State<R> {
-        K::state(SymmetricTensor::zero(), R::splat(0.0), SymmetricTensor::zero())
+    fn initial_state<R: Real>(&self) -> Self::State<R> {
+        EStarState {
+            rotated_stress: SymmetricTensor::zero(),
+            equivalent_plastic_strain: R::splat(0.0),
+            back_stress: K::kept(SymmetricTensor::zero()),
+            memory: self.hardening.initial_memory(),
+        }
     }
 
     #[inline(always)]
-    fn update<R: Real>(&self, old: &K::State<R>, motion: &RotatedMotion<R>) -> MaterialUpdate<R, K::State<R>> {
-        let (stress_old, strain_old, back_stress_old) = K::parts(old);
+    fn update<R: Real>(
+        &self,
+        old: &Self::State<R>,
+        motion: &RotatedMotion<R>,
+        time_step: f64,
+    ) -> MaterialUpdate<R, Self::State<R>> {
+        let EStarState { rotated_stress: stress_old, equivalent_plastic_strain: strain_old, memory, .. } = *old;
+        let back_stress_old = K::back_stress(&old.back_stress);
 
         // (i) elastic predictor: T̃_trial = T̃_n + Δt (2μ dev D̃ + k tr(D̃) I), its deviator and its mean
         let strain_increment = &motion.strain_increment;
@@ -156,10 +170,12 @@ impl<K: KinematicRule> Material for EStar<K> {
         let deviator = strain_increment.mul_add(R::splat(2.0 * shear_modulus), &stress_old).plus_spherical(spherical);
         let mean = dilatation.mul_add(R::splat(bulk_modulus), mean_old);
 
-        // (ii) admissibility: √(3/2) ‖dev T̃_trial − α̃_n‖ ≤ σ_y(ε̄ᵖ_n)
+        // (ii) admissibility: √(3/2) ‖dev T̃_trial − α̃_n‖ ≤ σ_y of t_n
         let equivalent_squared = von_mises_squared(&(deviator - back_stress_old));
-        let flow_stress = self.hardening.flow_stress(strain_old);
-        let yields = equivalent_squared.gt(flow_stress.stress * flow_stress.stress);
+        let start = FlowStart::new(strain_old, memory, time_step);
+        let law = RadialReturn { elasticity: &self.elasticity, hardening: &self.hardening, start };
+        let flow_stress_old = law.flow_stress_old();
+        let yields = equivalent_squared.gt(flow_stress_old.stress * flow_stress_old.stress);
 
         // (iii) return mapping
         let at_rest = Return {
@@ -175,51 +191,65 @@ impl<K: KinematicRule> Material for EStar<K> {
                 equivalent_stress,
                 // the root and the reciprocal side by side
                 per_equivalent_stress: equivalent_stress * equivalent_squared.recip(),
-                plastic_strain: strain_old,
-                flow_stress,
+                flow_stress_old,
                 back_stress: back_stress_old,
             };
-            self.kinematic.return_mapping(&trial, self)
+            self.kinematic.return_mapping(&trial, &law)
         } else {
             at_rest
         };
         let stress_new = (deviator - returned.stress_correction).plus_spherical(mean);
-        let strain_new = strain_old + returned.plastic_increment;
         let driving_stress_old = stress_old - back_stress_old;
         let driving_stress_new = stress_new - returned.back_stress;
         // Δε_p = Δγ n = (2μ Δγ n)/2μ
         let dissipation = stress_power(&driving_stress_old, &driving_stress_new, &returned.stress_correction)
             * (0.5 / self.elasticity.shear_modulus());
+        let dissipation = dissipation.max(R::splat(0.0));
+        let jacobian = (mean * bulk_modulus.recip()).exp();
 
         MaterialUpdate {
-            state: K::state(stress_new, strain_new, returned.back_stress),
+            state: EStarState {
+                rotated_stress: stress_new,
+                equivalent_plastic_strain: strain_old + returned.plastic_increment,
+                back_stress: K::kept(returned.back_stress),
+                memory: self.hardening.heated(memory, dissipation * jacobian),
+            },
             internal_energy: stress_power(&stress_old, &stress_new, strain_increment),
-            plastic_dissipation: dissipation.max(R::splat(0.0)),
+            plastic_dissipation: dissipation,
         }
     }
 
     #[inline(always)]
-    fn equivalent_plastic_strain<R: Real>(&self, state: &K::State<R>) -> R {
-        K::parts(state).1
+    fn equivalent_plastic_strain<R: Real>(&self, state: &Self::State<R>) -> R {
+        state.equivalent_plastic_strain
     }
 
     /// T = R T̃ Rᵀ.
     #[inline(always)]
-    fn cauchy_stress<R: Real>(&self, state: &K::State<R>, rotation: Rotation<R>) -> SymmetricTensor<R> {
-        K::parts(state).0.pushed_by(&rotation.to_tensor())
+    fn cauchy_stress<R: Real>(&self, state: &Self::State<R>, rotation: Rotation<R>) -> SymmetricTensor<R> {
+        state.rotated_stress.pushed_by(&rotation.to_tensor())
     }
 
-    fn plastic_metric(&self, state: &K::State<f64>, metric: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
-        plastic_metric_under(&elastic_strain(&self.elasticity, &K::parts(state).0), metric)
+    fn plastic_metric(&self, state: &Self::State<f64>, metric: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
+        plastic_metric_under(&elastic_strain(&self.elasticity, &state.rotated_stress), metric)
     }
 
     /// Φ = H/(3μ + H), H the slope of the flow stress and of the back stress in the direction of flow.
-    fn hardening_index(&self, state: &K::State<f64>) -> Option<f64> {
-        let (stress, strain, back_stress) = K::parts(state);
-        let relative = stress.deviator() - back_stress;
-        let slope =
-            self.hardening.flow_stress(strain).slope + self.kinematic.back_stress_slope(&back_stress, &relative);
-        Some(slope / (3.0 * self.elasticity.shear_modulus() + slope))
+    fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64> {
+        let back_stress = K::back_stress(&state.back_stress);
+        let relative = state.rotated_stress.deviator() - back_stress;
+        let slope = self.hardening.slope_of_flow(state.equivalent_plastic_strain, &state.memory)
+            + self.kinematic.back_stress_slope(&back_stress, &relative);
+        Some(radial_hardening_index(&self.elasticity, slope))
+    }
+
+    #[inline(always)]
+    fn temperature<R: Real>(&self, state: &Self::State<R>) -> Option<R> {
+        self.hardening.temperature(&state.memory)
+    }
+
+    fn heat_share(&self) -> Option<f64> {
+        self.hardening.heat_share()
     }
 }
 

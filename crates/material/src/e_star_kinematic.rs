@@ -3,50 +3,34 @@
 //! dα̃/dt = ⅔ C D̄_p − γ ε̄̇ᵖ α̃ (Armstrong & Frederick 1966; Prager for γ = 0), α̃ = RᵀαR, so that the box rate of α
 //! follows (de Vera 2016, eq. 6.7).
 //!
-//! History: T̃, ε̄ᵖ, α̃.
+//! History: α̃, beside that of [`EStar`](crate::EStar).
 
-use crate::KinematicHardening;
-use crate::e_star::{EStar, KinematicRule, Return, Trial, von_mises};
-use crate::material::point_state;
-use crate::return_mapping::{Equivalent, plastic_increment};
+use crate::e_star::{KinematicRule, Return, Trial, von_mises};
+use crate::point_state;
+use crate::return_mapping::{Equivalent, RadialReturn, plastic_increment};
+use crate::{Hardening, KinematicHardening};
 use estar_tensor::{Real, SymmetricTensor, inlined};
 
-/// History of [`EStar`] with kinematic hardening.
+/// α̃ as a history keeps it.
 #[derive(Clone, Copy, Debug)]
-pub struct EStarKinematicState<R> {
-    /// Rotated Cauchy stress T̃ = RᵀTR, Pa.
-    pub rotated_stress: SymmetricTensor<R>,
-    /// Equivalent plastic strain ε̄ᵖ.
-    pub equivalent_plastic_strain: R,
+pub struct RotatedBackStress<R> {
     /// Rotated back stress α̃ = RᵀαR, Pa.
     pub rotated_back_stress: SymmetricTensor<R>,
 }
 
-point_state!(EStarKinematicState {
-    rotated_stress: symmetric,
-    equivalent_plastic_strain: number,
-    rotated_back_stress: symmetric,
-});
+point_state!(RotatedBackStress { rotated_back_stress: symmetric });
 
 impl KinematicRule for KinematicHardening {
-    type State<R: Real> = EStarKinematicState<R>;
+    type BackStress<R: Real> = RotatedBackStress<R>;
 
     #[inline(always)]
-    fn parts<R: Real>(state: &EStarKinematicState<R>) -> (SymmetricTensor<R>, R, SymmetricTensor<R>) {
-        (state.rotated_stress, state.equivalent_plastic_strain, state.rotated_back_stress)
+    fn back_stress<R: Real>(kept: &RotatedBackStress<R>) -> SymmetricTensor<R> {
+        kept.rotated_back_stress
     }
 
     #[inline(always)]
-    fn state<R: Real>(
-        stress: SymmetricTensor<R>,
-        strain: R,
-        back_stress: SymmetricTensor<R>,
-    ) -> EStarKinematicState<R> {
-        EStarKinematicState {
-            rotated_stress: stress,
-            equivalent_plastic_strain: strain,
-            rotated_back_stress: back_stress,
-        }
+    fn kept<R: Real>(back_stress: SymmetricTensor<R>) -> RotatedBackStress<R> {
+        RotatedBackStress { rotated_back_stress: back_stress }
     }
 
     /// C − γ √(3/2) n : α̃.
@@ -60,9 +44,9 @@ impl KinematicRule for KinematicHardening {
     /// α̃_{n+1} = θ (α̃_n + ⅔ C Δγ n), η = dev T̃_trial − θ α̃_n, n = η/‖η‖, Δγ = √(3/2) p,
     /// √(3/2) ‖η‖ − (3μ + C θ) p = σ_y(ε̄ᵖ_n + p).
     #[inline(always)]
-    fn return_mapping<R: Real>(&self, trial: &Trial<R>, material: &EStar<Self>) -> Return<R> {
+    fn return_mapping<R: Real, H: Hardening>(&self, trial: &Trial<R>, law: &RadialReturn<'_, H, R>) -> Return<R> {
         let one = R::splat(1.0);
-        let three_mu = 3.0 * material.elasticity.shear_modulus();
+        let three_mu = 3.0 * law.elasticity.shear_modulus();
         let modulus = R::splat(self.modulus());
         let recovery = R::splat(self.recovery());
         let theta = inlined!(|p: R| recovery.mul_add(p, one).recip());
@@ -81,14 +65,14 @@ impl KinematicRule for KinematicHardening {
                 slope: -(stiffness + modulus * theta_slope * p + turning),
             }
         });
-        let flow = inlined!(|p: R| material.hardening.flow_stress(trial.plastic_strain + p));
+        let flow = inlined!(|p: R| law.hardening.flow_stress(&law.start, p));
         // √(3/2) ‖η‖ falls or rises by at most C θ² a unit of p, since √(3/2) ‖α̃‖ ≤ C/γ always, and (C θ p)' = C θ²:
         // the left side falls at 3μ or faster. The bracket from ‖η‖ ≤ ‖dev T̃_trial‖ + ‖α̃_n‖.
         let upper_bound = (von_mises(&trial.deviator) + von_mises(&trial.back_stress)) * three_mu.recip();
         let p = plastic_increment(
             trial.yields,
             upper_bound,
-            (equivalent(R::splat(0.0)), trial.flow_stress),
+            (equivalent(R::splat(0.0)), trial.flow_stress_old),
             equivalent,
             flow,
         );

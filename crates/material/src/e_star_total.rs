@@ -14,25 +14,28 @@
 //! Stress and history are exactly objective, however far a step turns. The stress power takes T_n as it stood at t_n,
 //! so its error is of second order in the rotation of the step.
 //!
-//! Parameters: elasticity, isotropic hardening. History: C_p⁻¹, ε̄ᵖ, and T for the stress power of the next step.
+//! Heating is by the dissipation per undeformed volume, J T : Δε_p over a step.
+//!
+//! Parameters: elasticity, isotropic hardening. History: C_p⁻¹, ε̄ᵖ, T for the stress power of the next step, and what the
+//! hardening law remembers.
 
 use crate::e_star::von_mises;
 use crate::elastic::stress_power;
 use crate::metric_state::isochoric;
 use crate::return_mapping::{Equivalent, plastic_increment, radial_hardening_index};
-use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, MetricState, SpatialMotion};
+use crate::{FlowStart, Hardening, IsotropicElasticity, Material, MaterialUpdate, MetricState, SpatialMotion};
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, inlined};
 
 /// The E* theory in total form.
 #[derive(Clone, Debug)]
-pub struct EStarTotal {
+pub struct EStarTotal<H> {
     elasticity: IsotropicElasticity,
-    hardening: IsotropicHardening,
+    hardening: H,
 }
 
-impl EStarTotal {
+impl<H: Hardening> EStarTotal<H> {
     /// The material with these parameters.
-    pub fn new(elasticity: IsotropicElasticity, hardening: IsotropicHardening) -> Self {
+    pub fn new(elasticity: IsotropicElasticity, hardening: H) -> Self {
         Self { elasticity, hardening }
     }
 
@@ -52,14 +55,14 @@ impl EStarTotal {
         &self,
         yields: R::Mask,
         trial: &SymmetricTensor<R>,
-        plastic_strain: R,
+        start: &FlowStart<R, H::Memory<R>>,
     ) -> TotalReturn<R> {
         let mut outside = yields;
         let mut elastic_metric = *trial;
         let mut plastic_increment = R::splat(0.0);
         let mut flow = SymmetricTensor::zero();
         for _ in 0..MOST_STAGES {
-            let stage = self.stage(outside, &elastic_metric, plastic_strain + plastic_increment);
+            let stage = self.stage(outside, &elastic_metric, start, plastic_increment);
             elastic_metric = SymmetricTensor::select(outside, &stage.elastic_metric, &elastic_metric);
             flow = SymmetricTensor::select(outside, &(flow + stage.flow), &flow);
             plastic_increment += stage.plastic_increment;
@@ -71,7 +74,7 @@ impl EStarTotal {
         TotalReturn { elastic_metric, plastic_increment, flow }
     }
 
-    /// The return along the normal n of `start`, as far as the yield surface or `upper_bound`: with p = Δε̄ᵖ and
+    /// The return along the normal n of `metric`, after `increment_before` of earlier stages, as far as the yield surface or `upper_bound`: with p = Δε̄ᵖ and
     /// x = −2 Δγ = −√6 p,
     ///
     /// √(3/2) μ ‖dev(b exp(x n))‖ = σ_y(ε̄ᵖ + p).
@@ -81,17 +84,23 @@ impl EStarTotal {
     /// b₁ ≤ ⅓ tr b + √⅔ ‖dev b‖. It leaves about ‖dev b‖² to the next stage, so one stage reaches the surface while
     /// ‖dev b‖² is less than its radius, and |x| < √⅔ always.
     #[inline(always)]
-    fn stage<R: Real>(&self, outside: R::Mask, start: &SymmetricTensor<R>, plastic_strain: R) -> Stage<R> {
+    fn stage<R: Real>(
+        &self,
+        outside: R::Mask,
+        metric: &SymmetricTensor<R>,
+        start: &FlowStart<R, H::Memory<R>>,
+        increment_before: R,
+    ) -> Stage<R> {
         let scale = SQRT_3_HALVES * self.elasticity.shear_modulus();
-        let deviator = start.deviator();
+        let deviator = metric.deviator();
         let norm = R::select(outside, deviator.norm_squared(), R::splat(1.0)).sqrt();
         let normal = deviator * norm.recip();
         let determinant = normal.determinant();
         // b = ⅓ tr(b) I + ‖dev b‖ n
-        let mean = start.trace() * (1.0 / 3.0);
-        let start = Combination([mean, norm, R::splat(0.0)]);
+        let mean = metric.trace() * (1.0 / 3.0);
+        let begun = Combination([mean, norm, R::splat(0.0)]);
         let returned =
-            inlined!(|p: R| start.times(&Combination::exponential::<2>(p * -SQRT_6, determinant), determinant));
+            inlined!(|p: R| begun.times(&Combination::exponential::<2>(p * -SQRT_6, determinant), determinant));
 
         let equivalent_of = inlined!(|metric: Combination<R>, length: R| {
             // d b_e/dx = n b_e
@@ -103,9 +112,9 @@ impl EStarTotal {
             let metric = returned(p);
             equivalent_of(metric, metric.deviator_dot(&metric, determinant).sqrt())
         });
-        let flow = inlined!(|p: R| self.hardening.flow_stress(plastic_strain + p));
+        let flow = inlined!(|p: R| self.hardening.flow_stress(start, increment_before + p));
         let upper_bound = norm / (norm.mul_add(R::splat(SQRT_2_THIRDS), mean) * SQRT_6);
-        let at_zero = (equivalent_of(start, norm), flow(R::splat(0.0)));
+        let at_zero = (equivalent_of(begun, norm), flow(R::splat(0.0)));
         let p = plastic_increment(outside, upper_bound, at_zero, equivalent, flow);
 
         let Combination([identity, linear, quadratic]) = returned(p);
@@ -141,8 +150,8 @@ struct Stage<R> {
 /// small: more than any trial that a number can hold needs.
 const MOST_STAGES: usize = 64;
 
-impl Material for EStarTotal {
-    type State<R: Real> = MetricState<R>;
+impl<H: Hardening> Material for EStarTotal<H> {
+    type State<R: Real> = MetricState<R, H::Memory<R>>;
 
     type Motion<R: Real> = SpatialMotion<R>;
 
@@ -150,12 +159,17 @@ impl Material for EStarTotal {
         &self.elasticity
     }
 
-    fn initial_state<R: Real>(&self) -> MetricState<R> {
-        MetricState::initial()
+    fn initial_state<R: Real>(&self) -> Self::State<R> {
+        MetricState::initial(self.hardening.initial_memory())
     }
 
     #[inline(always)]
-    fn update<R: Real>(&self, old: &MetricState<R>, motion: &SpatialMotion<R>) -> MaterialUpdate<R, MetricState<R>> {
+    fn update<R: Real>(
+        &self,
+        old: &Self::State<R>,
+        motion: &SpatialMotion<R>,
+        time_step: f64,
+    ) -> MaterialUpdate<R, Self::State<R>> {
         let strain_old = old.equivalent_plastic_strain;
 
         // (i) elastic predictor: b_trial = F C_p⁻¹ Fᵀ with the plastic metric of t_n
@@ -163,20 +177,30 @@ impl Material for EStarTotal {
         let trial = old.inverse_plastic_metric.pushed_by(gradient);
         let trial_stress = self.stress(&trial);
 
-        // (ii) admissibility: √(3/2) ‖dev T_trial‖ ≤ σ_y(ε̄ᵖ_n)
-        let yields = von_mises(&trial_stress.deviator()).gt(self.hardening.flow_stress(strain_old).stress);
+        // (ii) admissibility: √(3/2) ‖dev T_trial‖ ≤ σ_y of t_n
+        let start = FlowStart::new(strain_old, old.memory, time_step);
+        let flow_stress_old = self.hardening.flow_stress(&start, R::splat(0.0));
+        let yields = von_mises(&trial_stress.deviator()).gt(flow_stress_old.stress);
 
         // (iii) return mapping, and C_p⁻¹ = F⁻¹ b_e F⁻ᵀ
         let mut state = MetricState { stress: trial_stress, ..*old };
         let zero = R::splat(0.0);
         let mut dissipation = zero;
         if yields.any() {
-            let returned = self.return_mapping(yields, &trial, strain_old);
+            let returned = self.return_mapping(yields, &trial, &start);
             let plastic = isochoric(&returned.elastic_metric.pushed_by(&gradient.inverse()));
             state.inverse_plastic_metric = SymmetricTensor::select(yields, &plastic, &old.inverse_plastic_metric);
             state.stress = SymmetricTensor::select(yields, &self.stress(&returned.elastic_metric), &trial_stress);
             state.equivalent_plastic_strain = strain_old + returned.plastic_increment;
             dissipation = stress_power(&old.stress, &state.stress, &returned.flow).max(zero);
+            // J ½ (T_n + T_{n+1}) : Δε_p, which no turn of the step changes: dev T_n = dev(T_trial − 2μ Δt sym(D b)) with
+            // b = b_trial − Δt sym(D b_trial) half way back
+            let step = motion.strain_increment.to_tensor();
+            let moved = inlined!(|metric: SymmetricTensor<R>| step.dot(&metric.to_tensor()).symmetric_part());
+            let half_way = trial - moved(trial);
+            let strained = moved(half_way) * R::splat(2.0 * self.elasticity.shear_modulus());
+            let heat = stress_power(&(trial_stress - strained), &state.stress, &returned.flow) * gradient.determinant();
+            state.memory = self.hardening.heated(old.memory, R::select(yields, heat, zero).max(zero));
         }
         MaterialUpdate {
             state,
@@ -186,22 +210,32 @@ impl Material for EStarTotal {
     }
 
     #[inline(always)]
-    fn equivalent_plastic_strain<R: Real>(&self, state: &MetricState<R>) -> R {
+    fn equivalent_plastic_strain<R: Real>(&self, state: &Self::State<R>) -> R {
         state.equivalent_plastic_strain
     }
 
     #[inline(always)]
-    fn cauchy_stress<R: Real>(&self, state: &MetricState<R>, _: Rotation<R>) -> SymmetricTensor<R> {
+    fn cauchy_stress<R: Real>(&self, state: &Self::State<R>, _: Rotation<R>) -> SymmetricTensor<R> {
         state.stress
     }
 
-    fn plastic_metric(&self, state: &MetricState<f64>, _: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
+    fn plastic_metric(&self, state: &Self::State<f64>, _: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
         state.plastic_metric()
     }
 
     /// Φ = H/(3μ + H), to the order of the elastic strain.
-    fn hardening_index(&self, state: &MetricState<f64>) -> Option<f64> {
-        Some(radial_hardening_index(&self.elasticity, &self.hardening, state.equivalent_plastic_strain))
+    fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64> {
+        let slope = self.hardening.slope_of_flow(state.equivalent_plastic_strain, &state.memory);
+        Some(radial_hardening_index(&self.elasticity, slope))
+    }
+
+    #[inline(always)]
+    fn temperature<R: Real>(&self, state: &Self::State<R>) -> Option<R> {
+        self.hardening.temperature(&state.memory)
+    }
+
+    fn heat_share(&self) -> Option<f64> {
+        self.hardening.heat_share()
     }
 }
 

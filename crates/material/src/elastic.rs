@@ -5,7 +5,7 @@
 //!
 //! Parameters: density and two elastic constants. History: T̃.
 
-use crate::material::point_state;
+use crate::point_state;
 use crate::{IsotropicElasticity, Material, MaterialUpdate, RotatedMotion};
 use estar_tensor::{Real, Rotation, SymmetricTensor};
 
@@ -45,7 +45,12 @@ impl Material for Elastic {
     }
 
     #[inline(always)]
-    fn update<R: Real>(&self, old: &ElasticState<R>, motion: &RotatedMotion<R>) -> MaterialUpdate<R, ElasticState<R>> {
+    fn update<R: Real>(
+        &self,
+        old: &ElasticState<R>,
+        motion: &RotatedMotion<R>,
+        _: f64,
+    ) -> MaterialUpdate<R, ElasticState<R>> {
         let rotated_stress = predicted_stress(&self.elasticity, &old.rotated_stress, &motion.strain_increment);
         MaterialUpdate {
             state: ElasticState { rotated_stress },

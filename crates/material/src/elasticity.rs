@@ -1,6 +1,7 @@
 //! Density and the two constants of isotropic elasticity.
 
 use crate::parameter::{ParameterError, checked, positive};
+use estar_tensor::{Real, array};
 
 /// Density ρ (kg/m³) and the isotropic elastic constants, valid by construction: ρ > 0, μ > 0, k > 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,6 +97,13 @@ impl IsotropicElasticity {
     /// P-wave modulus k + 4μ/3, Pa.
     pub fn p_wave_modulus(&self) -> f64 {
         self.bulk_modulus + 4.0 * self.shear_modulus / 3.0
+    }
+
+    /// σᵢ = 2μ εᵢ + λ tr ε, Pa, of principal strains.
+    #[inline(always)]
+    pub fn principal_stress<R: Real>(&self, strain: [R; 3]) -> [R; 3] {
+        let spherical = (strain[0] + strain[1] + strain[2]) * self.lame_lambda();
+        array(|i| strain[i].mul_add(R::splat(2.0 * self.shear_modulus), spherical))
     }
 
     /// Young's modulus E = 9kμ/(3k + μ), Pa.

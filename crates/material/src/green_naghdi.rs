@@ -24,9 +24,9 @@
 
 use crate::e_star::von_mises;
 use crate::elastic::stress_power;
-use crate::material::point_state;
-use crate::return_mapping::{radial_hardening_index, radial_increment};
-use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, ReferenceMotion};
+use crate::point_state;
+use crate::return_mapping::{RadialReturn, radial_hardening_index};
+use crate::{FlowStart, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, ReferenceMotion};
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor};
 
 /// The Green-Naghdi theory.
@@ -108,6 +108,7 @@ impl Material for GreenNaghdi {
         &self,
         old: &GreenNaghdiState<R>,
         motion: &ReferenceMotion<R>,
+        time_step: f64,
     ) -> MaterialUpdate<R, GreenNaghdiState<R>> {
         let gradient = &motion.deformation_gradient;
         let stress_old = self.second_piola_kirchhoff(&old.strain, &old.plastic_strain);
@@ -121,14 +122,15 @@ impl Material for GreenNaghdi {
         // (ii) admissibility: √(3/2) ‖dev S_trial‖ ≤ σ_y(ε̄ᵖ_n)
         let deviator = trial.deviator();
         let equivalent_stress = von_mises(&deviator);
-        let flow_stress = self.hardening.flow_stress(strain_old);
-        let yields = equivalent_stress.gt(flow_stress.stress);
+        let start = FlowStart::new(strain_old, (), time_step);
+        let law = RadialReturn { elasticity: &self.elasticity, hardening: &self.hardening, start };
+        let flow_stress_old = law.flow_stress_old();
+        let yields = equivalent_stress.gt(flow_stress_old.stress);
 
         // (iii) return mapping: ΔE_p = (3/2) p dev S_trial/(√(3/2) ‖dev S_trial‖)
         let (mut flow, mut increment) = (SymmetricTensor::zero(), R::splat(0.0));
         if yields.any() {
-            let Self { elasticity, hardening } = self;
-            increment = radial_increment(elasticity, hardening, yields, equivalent_stress, strain_old, flow_stress);
+            increment = law.plastic_increment(yields, equivalent_stress, flow_stress_old);
             let safe_stress = R::select(yields, equivalent_stress, R::splat(1.0));
             flow = (deviator * (increment * 1.5 / safe_stress)).or_zero(yields);
         }
@@ -166,6 +168,6 @@ impl Material for GreenNaghdi {
 
     /// Φ = H/(3μ + H).
     fn hardening_index(&self, state: &GreenNaghdiState<f64>) -> Option<f64> {
-        Some(radial_hardening_index(&self.elasticity, &self.hardening, state.equivalent_plastic_strain))
+        Some(radial_hardening_index(&self.elasticity, self.hardening.at(state.equivalent_plastic_strain).slope))
     }
 }

@@ -1,8 +1,95 @@
-//! Hardening: the flow stress σ_y as a function of the equivalent plastic strain ε̄ᵖ, and the motion of the yield
-//! surface's centre.
+//! Hardening: how the flow stress σ_y follows from plastic flow, and the motion of the yield surface's centre.
+//!
+//! [`IsotropicHardening`] has the laws that know the equivalent plastic strain ε̄ᵖ alone; [`JohnsonCook`](crate::JohnsonCook)
+//! knows its rate and the temperature as well.
 
+use crate::PointState;
 use crate::parameter::{ParameterError, checked, not_negative, positive};
 use estar_tensor::Real;
+
+/// How the flow stress follows from plastic flow.
+pub trait Hardening: Clone + Send + Sync + 'static {
+    /// What the law remembers besides ε̄ᵖ: `()`, or a temperature.
+    type Memory<R: Real>: PointState<R>;
+
+    /// The memory of the undeformed material.
+    fn initial_memory<R: Real>(&self) -> Self::Memory<R>;
+
+    /// σ_y(ε̄ᵖ_n + p) after the `increment` p ≥ 0 of a step, and dσ_y/dp; σ_y does not fall with p. Implementations are
+    /// `#[inline(always)]`.
+    fn flow_stress<R: Real>(&self, start: &FlowStart<R, Self::Memory<R>>, increment: R) -> FlowStress<R>;
+
+    /// dσ_y/dp, Pa, of a law that has the same for every flow.
+    #[inline(always)]
+    fn constant_slope(&self) -> Option<f64> {
+        None
+    }
+
+    /// The memory after a step whose flow has dissipated `dissipation` J per m³ of undeformed volume. Implementations are
+    /// `#[inline(always)]`.
+    fn heated<R: Real>(&self, memory: Self::Memory<R>, dissipation: R) -> Self::Memory<R>;
+
+    /// Temperature, K, of a law that has one. Implementations are `#[inline(always)]`.
+    #[inline(always)]
+    fn temperature<R: Real>(&self, _memory: &Self::Memory<R>) -> Option<R> {
+        None
+    }
+
+    /// The share of the plastic dissipation that heats, of a law that has a temperature.
+    fn heat_share(&self) -> Option<f64> {
+        None
+    }
+
+    /// dσ_y/dε̄ᵖ, Pa, along a slow flow from ε̄ᵖ and a memory on.
+    fn slope_of_flow(&self, plastic_strain: f64, memory: &Self::Memory<f64>) -> f64;
+}
+
+/// What the flow of a step starts from.
+#[derive(Clone, Copy, Debug)]
+pub struct FlowStart<R, Memory> {
+    /// ε̄ᵖ_n.
+    pub plastic_strain: R,
+    /// The law's memory of t_n.
+    pub memory: Memory,
+    /// 1/Δt, 1/s; zero in a step of length zero, in which nothing flows.
+    pub per_time_step: f64,
+}
+
+impl<R: Real, Memory> FlowStart<R, Memory> {
+    /// The start of a step of length `time_step` (s).
+    #[inline(always)]
+    pub fn new(plastic_strain: R, memory: Memory, time_step: f64) -> Self {
+        let per_time_step = if time_step > 0.0 { time_step.recip() } else { 0.0 };
+        Self { plastic_strain, memory, per_time_step }
+    }
+}
+
+impl Hardening for IsotropicHardening {
+    type Memory<R: Real> = ();
+
+    #[inline(always)]
+    fn initial_memory<R: Real>(&self) {}
+
+    #[inline(always)]
+    fn flow_stress<R: Real>(&self, start: &FlowStart<R, ()>, increment: R) -> FlowStress<R> {
+        self.at(start.plastic_strain + increment)
+    }
+
+    #[inline(always)]
+    fn constant_slope(&self) -> Option<f64> {
+        match self.0 {
+            Law::Linear { modulus, .. } => Some(modulus),
+            Law::Saturation { .. } | Law::Power { .. } | Law::Tabulated(_) => None,
+        }
+    }
+
+    #[inline(always)]
+    fn heated<R: Real>(&self, _: (), _: R) {}
+
+    fn slope_of_flow(&self, plastic_strain: f64, _: &()) -> f64 {
+        self.at(plastic_strain).slope
+    }
+}
 
 /// Isotropic hardening: the flow stress σ_y(ε̄ᵖ) in Pa, one variant a law of the deck. Made by its constructors, which
 /// check the parameters.
@@ -25,12 +112,12 @@ struct Segment {
     slope: f64,
 }
 
-/// Flow stress and its slope at one equivalent plastic strain.
+/// Flow stress and its slope at one equivalent plastic strain, or after one increment of it.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowStress<R> {
     /// σ_y, Pa.
     pub stress: R,
-    /// dσ_y/dε̄ᵖ, Pa.
+    /// Its derivative by the strain, or by the increment, Pa.
     pub slope: R,
 }
 
@@ -147,18 +234,9 @@ impl IsotropicHardening {
         Ok(Self(Law::Tabulated(points.iter().enumerate().map(segment).collect())))
     }
 
-    /// The slope dσ_y/dε̄ᵖ, Pa, of a law that has the same at every strain.
-    #[inline]
-    pub fn constant_slope(&self) -> Option<f64> {
-        match self.0 {
-            Law::Linear { modulus, .. } => Some(modulus),
-            Law::Saturation { .. } | Law::Power { .. } | Law::Tabulated(_) => None,
-        }
-    }
-
-    /// Flow stress and slope at `plastic_strain` ≥ 0.
+    /// Flow stress and slope dσ_y/dε̄ᵖ at `plastic_strain` ≥ 0.
     #[inline(always)]
-    pub fn flow_stress<R: Real>(&self, plastic_strain: R) -> FlowStress<R> {
+    pub fn at<R: Real>(&self, plastic_strain: R) -> FlowStress<R> {
         match &self.0 {
             Law::Linear { yield_stress, modulus } => {
                 // σ₀ + H ε̄ᵖ

@@ -146,11 +146,12 @@ mod tests {
         let material = EStar::new(solid(), law.clone(), ());
         let mut point = MaterialPoint::new(&material);
         point.advance(&simple_shear(0.005), 1.0);
-        let half_square = |point: &MaterialPoint<'_, EStar<()>>| 0.5 * point.stress().deviator().norm_squared();
+        let half_square =
+            |point: &MaterialPoint<'_, EStar<(), IsotropicHardening>>| 0.5 * point.stress().deviator().norm_squared();
         let old = point.clone();
         let step = 1e-6;
         point.advance(&simple_shear(0.005 + step), step);
-        let flow_stress = law.flow_stress(old.equivalent_plastic_strain()).stress;
+        let flow_stress = law.at(old.equivalent_plastic_strain()).stress;
         let rate = (simple_shear(1.0) - Tensor::identity()).symmetric_part();
         let index = criterion(&old, flow_stress).index(&rate);
         let ratio = (half_square(&point) - half_square(&old)) / step / index;

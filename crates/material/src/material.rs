@@ -1,8 +1,8 @@
 //! The seam between a theory and what drives it.
 
 use crate::{
-    EStar, EStarTotal, Elastic, ElasticEnergy, FlowRule, GreenNaghdi, Hencky, HenckySurface, Hypoelastic,
-    IsotropicElasticity, IsotropicHardening, KinematicHardening, Motion, ObjectiveRate, PlasticMetric,
+    ClosestPoint, EStar, EStarTotal, Elastic, GreenNaghdi, Hencky, Hypoelastic, IsotropicElasticity,
+    IsotropicHardening, JohnsonCook, KinematicHardening, Motion, ObjectiveRate, PlasticMetric, Rankine, VonMises,
 };
 use estar_tensor::{Real, Rotation, SymmetricTensor};
 
@@ -27,10 +27,15 @@ pub trait Material: Clone + Send + Sync + 'static {
     /// History of the undeformed, stress-free material.
     fn initial_state<R: Real>(&self) -> Self::State<R>;
 
-    /// History at t_{n+1} after the motion of one step from the history `old`.
+    /// History at t_{n+1} after the motion of one step of length `time_step` (s) from the history `old`.
     ///
     /// Same inputs, same outputs; `old` is never changed. Implementations are `#[inline(always)]`.
-    fn update<R: Real>(&self, old: &Self::State<R>, motion: &Self::Motion<R>) -> MaterialUpdate<R, Self::State<R>>;
+    fn update<R: Real>(
+        &self,
+        old: &Self::State<R>,
+        motion: &Self::Motion<R>,
+        time_step: f64,
+    ) -> MaterialUpdate<R, Self::State<R>>;
 
     /// Cauchy stress T of a history, Pa, where R is the `rotation`. Implementations are `#[inline(always)]`.
     fn cauchy_stress<R: Real>(&self, state: &Self::State<R>, rotation: Rotation<R>) -> SymmetricTensor<R>;
@@ -44,6 +49,27 @@ pub trait Material: Clone + Send + Sync + 'static {
     /// Φ = f̂/ĝ of a history that flows (de Vera 2016, eq. 3.28-3.30): positive where the material hardens, zero where it
     /// is perfectly plastic, negative where it softens. None where it cannot flow.
     fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64>;
+
+    /// Temperature of a history, K, of a material that has one. Implementations are `#[inline(always)]`.
+    #[inline(always)]
+    fn temperature<R: Real>(&self, _state: &Self::State<R>) -> Option<R> {
+        None
+    }
+
+    /// The share of the plastic dissipation that heats the material, where it has a temperature.
+    fn heat_share(&self) -> Option<f64> {
+        None
+    }
+
+    /// Whether plastic flow keeps the volume.
+    fn keeps_volume(&self) -> bool {
+        true
+    }
+
+    /// Why no element can have this material; none where elements can.
+    fn obstacle_to_elements(&self) -> Option<&'static str> {
+        None
+    }
 }
 
 /// The numbers of a history, in one fixed order: for hashes, for files, for copies from lane to lane.
@@ -55,18 +81,28 @@ pub trait PointState<R: Real>: Copy + Send + Sync + 'static {
     fn from_numbers(next: impl FnMut() -> R) -> Self;
 }
 
-/// Implements [`PointState`] for a history from the order of its fields, each a number, a tensor or a symmetric tensor.
+impl<R: Real> PointState<R> for () {
+    fn for_each(&self, _: impl FnMut(R)) {}
+
+    fn from_numbers(_: impl FnMut() -> R) -> Self {}
+}
+
+/// Implements [`PointState`] for a history from the order of its fields, each a `number`, a `tensor`, a `symmetric` tensor
+/// or an `inner` history, whose type is a parameter.
+#[macro_export]
 macro_rules! point_state {
-    ($state:ident { $($field:ident: $kind:ident),+ $(,)? }) => {
-        impl<R: estar_tensor::Real> $crate::PointState<R> for $state<R> {
+    ($state:ident $(<$($inner:ident),+>)? { $($field:ident: $kind:ident),+ $(,)? }) => {
+        impl<R: ::estar_tensor::Real $($(, $inner: $crate::PointState<R>)+)?> $crate::PointState<R>
+            for $state<R $($(, $inner)+)?>
+        {
             #[inline]
             fn for_each(&self, mut visit: impl FnMut(R)) {
-                $($crate::material::point_state!(@visit $kind self.$field, visit);)+
+                $($crate::point_state!(@visit $kind self.$field, visit);)+
             }
 
             #[inline]
             fn from_numbers(mut next: impl FnMut() -> R) -> Self {
-                $state { $($field: $crate::material::point_state!(@make $kind next)),+ }
+                $state { $($field: $crate::point_state!(@make $kind next)),+ }
             }
         }
     };
@@ -75,15 +111,16 @@ macro_rules! point_state {
         $value.columns.into_iter().flat_map(|column| column.0).for_each(&mut $visit)
     };
     (@visit symmetric $value:expr, $visit:ident) => { $value.0.into_iter().for_each(&mut $visit) };
+    (@visit inner $value:expr, $visit:ident) => { $crate::PointState::for_each(&$value, &mut $visit) };
     (@make number $next:ident) => { $next() };
     (@make tensor $next:ident) => {
-        estar_tensor::Tensor {
-            columns: std::array::from_fn(|_| estar_tensor::Vector3(std::array::from_fn(|_| $next()))),
+        ::estar_tensor::Tensor {
+            columns: ::std::array::from_fn(|_| ::estar_tensor::Vector3(::std::array::from_fn(|_| $next()))),
         }
     };
-    (@make symmetric $next:ident) => { estar_tensor::SymmetricTensor(std::array::from_fn(|_| $next())) };
+    (@make symmetric $next:ident) => { ::estar_tensor::SymmetricTensor(::std::array::from_fn(|_| $next())) };
+    (@make inner $next:ident) => { $crate::PointState::from_numbers(&mut $next) };
 }
-pub(crate) use point_state;
 
 /// What an update gives back.
 #[derive(Clone, Copy, Debug)]
@@ -97,23 +134,57 @@ pub struct MaterialUpdate<R, State> {
     pub plastic_dissipation: R,
 }
 
-/// Every material that a deck can name: one variant a theory.
-#[derive(Clone, Debug)]
-pub enum MaterialModel {
+/// Every material that elements and the point driver can have. A line a theory: the one that a new theory adds.
+macro_rules! materials {
+    ($($(#[doc = $doc:literal])+ $name:ident($material:ty),)+) => {
+        /// A material, whichever its theory; made from that by [`From`].
+        #[derive(Clone, Debug)]
+        pub enum MaterialModel {
+            $($(#[doc = $doc])+ $name($material),)+
+        }
+
+        impl MaterialModel {
+            /// Hands the theory to the visitor. This is the only place that tells one theory from another.
+            pub fn visit<V: MaterialVisitor>(&self, visitor: V) -> V::Output {
+                match self {
+                    $(Self::$name(material) => visitor.visit(material),)+
+                }
+            }
+        }
+
+        $(impl From<$material> for MaterialModel {
+            fn from(material: $material) -> Self {
+                Self::$name(material)
+            }
+        })+
+    };
+}
+
+materials! {
     /// Isotropic elasticity in rate form with the box rate.
     Elastic(Elastic),
     /// Isotropic elasticity in rate form with another objective rate.
     Hypoelastic(Hypoelastic),
     /// E* theory, box-rate update, isotropic hardening.
-    EStar(EStar<()>),
+    EStar(EStar<(), IsotropicHardening>),
     /// E* theory, box-rate update, isotropic and kinematic hardening.
-    EStarKinematic(EStar<KinematicHardening>),
+    EStarKinematic(EStar<KinematicHardening, IsotropicHardening>),
+    /// E* theory, box-rate update, hardening with rate and temperature.
+    EStarJohnsonCook(EStar<(), JohnsonCook>),
     /// E* theory, total update.
-    EStarTotal(EStarTotal),
+    EStarTotal(EStarTotal<IsotropicHardening>),
+    /// E* theory, total update, hardening with rate and temperature.
+    EStarTotalJohnsonCook(EStarTotal<JohnsonCook>),
     /// Green-Naghdi Lagrangian theory.
     GreenNaghdi(GreenNaghdi),
-    /// Hencky hyperelasticity with plasticity.
-    Hencky(Hencky),
+    /// Hencky hyperelasticity that yields by von Mises.
+    Hencky(Hencky<VonMises<IsotropicHardening>>),
+    /// Hencky hyperelasticity that yields by von Mises, hardening with rate and temperature.
+    HenckyJohnsonCook(Hencky<VonMises<JohnsonCook>>),
+    /// Hencky hyperelasticity that yields by Rankine.
+    HenckyRankine(Hencky<Rankine>),
+    /// Hencky hyperelasticity that yields perfectly by any surface of the closest-point return.
+    HenckyClosestPoint(Hencky<ClosestPoint>),
     /// Hyperelasticity with a flow rule for the plastic metric.
     PlasticMetric(PlasticMetric),
 }
@@ -128,86 +199,45 @@ pub trait MaterialVisitor {
 }
 
 impl MaterialModel {
-    /// Hands the theory to the visitor. This is the only place that tells one theory from another.
-    pub fn visit<V: MaterialVisitor>(&self, visitor: V) -> V::Output {
-        match self {
-            Self::Elastic(material) => visitor.visit(material),
-            Self::Hypoelastic(material) => visitor.visit(material),
-            Self::EStar(material) => visitor.visit(material),
-            Self::EStarKinematic(material) => visitor.visit(material),
-            Self::EStarTotal(material) => visitor.visit(material),
-            Self::GreenNaghdi(material) => visitor.visit(material),
-            Self::Hencky(material) => visitor.visit(material),
-            Self::PlasticMetric(material) => visitor.visit(material),
-        }
-    }
-
-    /// Isotropic elasticity in rate form: T□ = 2μ dev D + k tr(D) I.
-    pub fn elastic(elasticity: IsotropicElasticity) -> Self {
-        Self::Elastic(Elastic::new(elasticity))
-    }
-
-    /// Isotropic elasticity in rate form, with any objective rate of the Cauchy stress.
+    /// Isotropic elasticity in rate form with any objective rate; the box rate has an update of its own.
     pub fn hypoelastic(elasticity: IsotropicElasticity, rate: ObjectiveRate) -> Self {
         match rate {
-            ObjectiveRate::Box => Self::elastic(elasticity),
-            rate => Self::Hypoelastic(Hypoelastic::new(elasticity, rate)),
+            ObjectiveRate::Box => Elastic::new(elasticity).into(),
+            rate => Hypoelastic::new(elasticity, rate).into(),
         }
     }
 
-    /// Why no element can have this material; none for those that elements can have.
-    pub fn obstacle_to_elements(&self) -> Option<&'static str> {
-        match self {
-            Self::Hypoelastic(material) if !material.rate().is_corotational() => Some(
-                "a rate that stretches with the material makes it stiffer as it is stretched, beyond what the bound of the \
-                 stable time step knows; the rates box, jaumann and logarithmic can run",
-            ),
-            Self::PlasticMetric(material) => material.rule().fault(),
-            _ => None,
-        }
-    }
-
-    /// E* theory in the box-rate update.
+    /// E* theory in the box-rate update; a yield surface that rests has an update of its own.
     pub fn e_star_box_rate(
         elasticity: IsotropicElasticity,
         hardening: IsotropicHardening,
         kinematic: KinematicHardening,
     ) -> Self {
         if kinematic.is_active() {
-            Self::EStarKinematic(EStar::new(elasticity, hardening, kinematic))
+            EStar::new(elasticity, hardening, kinematic).into()
         } else {
-            Self::EStar(EStar::new(elasticity, hardening, ()))
+            EStar::new(elasticity, hardening, ()).into()
         }
-    }
-
-    /// E* theory in the total update.
-    pub fn e_star_total(elasticity: IsotropicElasticity, hardening: IsotropicHardening) -> Self {
-        Self::EStarTotal(EStarTotal::new(elasticity, hardening))
-    }
-
-    /// Green-Naghdi Lagrangian theory.
-    pub fn green_naghdi(elasticity: IsotropicElasticity, hardening: IsotropicHardening) -> Self {
-        Self::GreenNaghdi(GreenNaghdi::new(elasticity, hardening))
-    }
-
-    /// Hencky hyperelasticity with plasticity.
-    pub fn hencky(elasticity: IsotropicElasticity, hardening: IsotropicHardening, surface: HenckySurface) -> Self {
-        Self::Hencky(Hencky::new(elasticity, hardening, surface))
-    }
-
-    /// Hyperelasticity with a flow rule for the plastic metric.
-    pub fn plastic_metric(
-        elasticity: IsotropicElasticity,
-        hardening: IsotropicHardening,
-        energy: ElasticEnergy,
-        rule: FlowRule,
-    ) -> Self {
-        Self::PlasticMetric(PlasticMetric::new(elasticity, hardening, energy, rule))
     }
 
     /// Density and elastic constants.
     pub fn elasticity(&self) -> IsotropicElasticity {
         self.visit(ElasticityOf)
+    }
+
+    /// Why no element can have this material; none for those that elements can have.
+    pub fn obstacle_to_elements(&self) -> Option<&'static str> {
+        self.visit(ObstacleOf)
+    }
+
+    /// Whether plastic flow keeps the volume.
+    pub fn keeps_volume(&self) -> bool {
+        self.visit(KeepsVolume)
+    }
+
+    /// Whether the material has a temperature.
+    pub fn has_temperature(&self) -> bool {
+        self.visit(HasTemperature)
     }
 }
 
@@ -218,5 +248,35 @@ impl MaterialVisitor for ElasticityOf {
 
     fn visit<M: Material>(self, material: &M) -> IsotropicElasticity {
         *material.elasticity()
+    }
+}
+
+struct ObstacleOf;
+
+impl MaterialVisitor for ObstacleOf {
+    type Output = Option<&'static str>;
+
+    fn visit<M: Material>(self, material: &M) -> Option<&'static str> {
+        material.obstacle_to_elements()
+    }
+}
+
+struct KeepsVolume;
+
+impl MaterialVisitor for KeepsVolume {
+    type Output = bool;
+
+    fn visit<M: Material>(self, material: &M) -> bool {
+        material.keeps_volume()
+    }
+}
+
+struct HasTemperature;
+
+impl MaterialVisitor for HasTemperature {
+    type Output = bool;
+
+    fn visit<M: Material>(self, material: &M) -> bool {
+        material.heat_share().is_some()
     }
 }

@@ -23,7 +23,7 @@
 //! Parameters: elasticity, rate. History: T.
 
 use crate::elastic::{predicted_stress, stress_power};
-use crate::material::point_state;
+use crate::point_state;
 use crate::{IsotropicElasticity, Material, MaterialUpdate, StepKinematics};
 use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, inlined};
 
@@ -220,6 +220,7 @@ impl Material for Hypoelastic {
         &self,
         old: &HypoelasticState<R>,
         motion: &StepKinematics<R>,
+        _: f64,
     ) -> MaterialUpdate<R, HypoelasticState<R>> {
         // T_{n+1} = B (A T_n Aᵀ + Δt (2μ dev D + k tr(D) I)) Bᵀ
         let [to_half, to_new] = self.rate.carriers(motion);
@@ -249,5 +250,11 @@ impl Material for Hypoelastic {
 
     fn hardening_index(&self, _: &HypoelasticState<f64>) -> Option<f64> {
         None
+    }
+
+    fn obstacle_to_elements(&self) -> Option<&'static str> {
+        let obstacle = "a rate that stretches with the material makes it stiffer as it is stretched, beyond what the bound of \
+                        the stable time step knows; the rates box, jaumann and logarithmic can run";
+        (!self.rate.is_corotational()).then_some(obstacle)
     }
 }

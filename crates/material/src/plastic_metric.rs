@@ -24,10 +24,11 @@
 use crate::e_star::von_mises;
 use crate::e_star_total::{Combination, EStarTotal};
 use crate::elastic::stress_power;
-use crate::hencky::{Hencky, HenckySurface, hencky_strain};
-use crate::material::point_state;
+use crate::hencky::hencky_strain;
+use crate::point_state;
+use crate::principal_surface::{PrincipalSurface, VonMises};
 use crate::return_mapping::radial_hardening_index;
-use crate::{IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, SpatialMotion};
+use crate::{FlowStart, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, SpatialMotion};
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, Tensor, Vector3, array, inlined};
 
 /// Hyperelasticity with a flow rule for the plastic metric.
@@ -38,9 +39,9 @@ pub struct PlasticMetric {
     energy: ElasticEnergy,
     rule: FlowRule,
     /// The return with Hencky's energy.
-    hencky: Hencky,
+    hencky: VonMises<IsotropicHardening>,
     /// The return with an energy whose stress is linear in dev b_e.
-    linear: EStarTotal,
+    linear: EStarTotal<IsotropicHardening>,
 }
 
 /// The elastic energy.
@@ -140,7 +141,7 @@ impl PlasticMetric {
         energy: ElasticEnergy,
         rule: FlowRule,
     ) -> Self {
-        let hencky = Hencky::new(elasticity, hardening.clone(), HenckySurface::VonMises);
+        let hencky = VonMises { hardening: hardening.clone() };
         let linear = EStarTotal::new(elasticity, hardening.clone());
         Self { elasticity, hardening, energy, rule, hencky, linear }
     }
@@ -175,7 +176,7 @@ impl PlasticMetric {
         match self.energy {
             ElasticEnergy::Hencky => {
                 let system = elastic_metric.eigensystem();
-                let stress = self.hencky.principal_stress(hencky_strain(&system.values));
+                let stress = self.elasticity.principal_stress(hencky_strain(&system.values));
                 SymmetricTensor::diagonal(stress).pushed_by(&system.vectors)
             }
             ElasticEnergy::NeoHooke => {
@@ -191,28 +192,28 @@ impl PlasticMetric {
     /// The step of a rule that keeps the principal axes of b_trial = F C_p⁻¹ Fᵀ.
     #[inline(always)]
     fn consistent_step<R: Real>(&self, old: &PlasticMetricState<R>, gradient: &Tensor<R>) -> Moved<R> {
-        let strain_old = old.equivalent_plastic_strain;
         let metric_old = old.inverse_plastic_metric;
+        let start = FlowStart::new(old.equivalent_plastic_strain, (), 0.0);
 
         // (i) elastic predictor
         let trial = metric_old.symmetric_part().pushed_by(gradient);
 
         // (ii) admissibility and (iii) return mapping: Δε_p = Δγ n_τ in space
-        let flow_stress = self.hardening.flow_stress(strain_old);
         let (yields, kirchhoff, flow, plastic_increment) = match self.energy {
             ElasticEnergy::Hencky => {
                 let system = trial.eigensystem();
                 let strain = hencky_strain(&system.values);
-                let returned = self.hencky.von_mises_return(strain, strain_old, flow_stress);
-                let stress = self.hencky.principal_stress(array(|i| strain[i] - returned.flow[i]));
+                let returned = self.hencky.returned(&self.elasticity, strain, &start);
+                let stress = self.elasticity.principal_stress(array(|i| strain[i] - returned.flow[i]));
                 let in_space = inlined!(|values: [R; 3]| SymmetricTensor::diagonal(values).pushed_by(&system.vectors));
                 (returned.yields, in_space(stress), in_space(returned.flow), returned.plastic_increment)
             }
             ElasticEnergy::NeoHooke => {
                 let stress = self.kirchhoff_stress(&trial);
+                let flow_stress = self.hardening.at(old.equivalent_plastic_strain);
                 let yields = von_mises(&stress.deviator()).gt(flow_stress.stress);
                 if yields.any() {
-                    let returned = self.linear.return_mapping(yields, &trial, strain_old);
+                    let returned = self.linear.return_mapping(yields, &trial, &start);
                     let returned_stress = self.kirchhoff_stress(&returned.elastic_metric);
                     let stress = SymmetricTensor::select(yields, &returned_stress, &stress);
                     (yields, stress, returned.flow, returned.plastic_increment)
@@ -301,7 +302,7 @@ impl PlasticMetric {
         let trial_stress = self.kirchhoff_stress(&trial);
         let deviator = trial_stress.deviator();
         let trial_equivalent = equivalent_stress(&trial_stress);
-        let yields = trial_equivalent.gt(self.hardening.flow_stress(old.equivalent_plastic_strain).stress);
+        let yields = trial_equivalent.gt(self.hardening.at(old.equivalent_plastic_strain).stress);
 
         // (iii) return mapping along the direction of the trial
         let safe = |length: R| R::select(yields, length, R::splat(1.0));
@@ -323,7 +324,7 @@ impl PlasticMetric {
         };
         let is_outside = |p: R| {
             let stress = self.kirchhoff_stress(&in_space(&moved_metric(p)));
-            let flow_stress = self.hardening.flow_stress(old.equivalent_plastic_strain + p).stress;
+            let flow_stress = self.hardening.at(old.equivalent_plastic_strain + p).stress;
             yields & equivalent_stress(&stress).gt(flow_stress)
         };
         let (mut low, mut high) = (zero, trial_equivalent * (3.0 * self.elasticity.shear_modulus()).recip());
@@ -425,6 +426,7 @@ impl Material for PlasticMetric {
         &self,
         old: &PlasticMetricState<R>,
         motion: &SpatialMotion<R>,
+        _: f64,
     ) -> MaterialUpdate<R, PlasticMetricState<R>> {
         let gradient = &motion.deformation_gradient;
         let moved = match self.rule.fault() {
@@ -461,6 +463,10 @@ impl Material for PlasticMetric {
 
     /// Φ = H/(3μ + H), to the order of the elastic strain.
     fn hardening_index(&self, state: &PlasticMetricState<f64>) -> Option<f64> {
-        Some(radial_hardening_index(&self.elasticity, &self.hardening, state.equivalent_plastic_strain))
+        Some(radial_hardening_index(&self.elasticity, self.hardening.at(state.equivalent_plastic_strain).slope))
+    }
+
+    fn obstacle_to_elements(&self) -> Option<&'static str> {
+        self.rule.fault()
     }
 }

@@ -47,7 +47,7 @@ impl<'a, M: Material, R: Real> MaterialPoint<'a, M, R> {
             rotation_old: self.rotation,
             rotation_new: rotation,
         });
-        let update = self.material.update(&self.state, &motion);
+        let update = self.material.update(&self.state, &motion, time_step);
         let MaterialUpdate { state, internal_energy, plastic_dissipation } = update;
         // per reference volume: dV = J_{n+½} dV₀
         self.internal_energy += internal_energy * volume_half;
@@ -320,6 +320,7 @@ impl<'a, M: Material> MaterialPoint<'a, M> {
             elastic_strain: factors.elastic_strain(),
             equivalent_plastic_strain: self.equivalent_plastic_strain(),
             hardening_index: self.material.hardening_index(&self.state),
+            temperature: self.material.temperature(&self.state),
             plastic_dissipation: self.plastic_dissipation,
             internal_energy: self.internal_energy,
             plastic_determinant: plastic_metric.determinant(),
@@ -348,6 +349,8 @@ pub struct Observation {
     pub equivalent_plastic_strain: f64,
     /// Φ, where the material can flow.
     pub hardening_index: Option<f64>,
+    /// Temperature, K, where the material has one.
+    pub temperature: Option<f64>,
     /// What plastic flow has dissipated, J per m³ of reference volume.
     pub plastic_dissipation: f64,
     /// Stress power integrated over time, J per m³ of reference volume.

@@ -1,6 +1,6 @@
 //! The scalar equation at the heart of every return mapping here.
 
-use crate::{FlowStress, IsotropicElasticity, IsotropicHardening};
+use crate::{FlowStart, FlowStress, Hardening, IsotropicElasticity};
 use estar_tensor::{Mask, Real, inlined};
 
 /// Most corrections of one return. Newton's method takes two to four for metals and a dozen from the vertical tangent
@@ -63,38 +63,45 @@ pub(crate) fn plastic_increment<R: Real>(
     increment
 }
 
-/// The increment p of ε̄ᵖ of a radial return, √(3/2) ‖dev T_trial‖ − 3μ p = σ_y(ε̄ᵖ_n + p), where `yields`; zero elsewhere.
-/// `equivalent_stress` is √(3/2) ‖dev T_trial‖, `flow_stress` that of ε̄ᵖ_n = `plastic_strain`.
-#[inline(always)]
-pub(crate) fn radial_increment<R: Real>(
-    elasticity: &IsotropicElasticity,
-    hardening: &IsotropicHardening,
-    yields: R::Mask,
-    equivalent_stress: R,
-    plastic_strain: R,
-    flow_stress: FlowStress<R>,
-) -> R {
-    let three_mu = 3.0 * elasticity.shear_modulus();
-    if let Some(slope) = hardening.constant_slope() {
-        let excess = equivalent_stress - flow_stress.stress;
-        return R::select(yields, excess * (three_mu + slope).recip(), R::splat(0.0));
-    }
-    let equivalent = inlined!(|p: R| Equivalent {
-        stress: p.mul_add(R::splat(-three_mu), equivalent_stress),
-        slope: R::splat(-three_mu),
-    });
-    let flow = inlined!(|p: R| hardening.flow_stress(plastic_strain + p));
-    let at_zero = (equivalent(R::splat(0.0)), flow_stress);
-    plastic_increment(yields, equivalent_stress * three_mu.recip(), at_zero, equivalent, flow)
+/// A radial return: its elasticity, its law and what its flow starts from.
+#[derive(Clone, Copy, Debug)]
+pub struct RadialReturn<'a, H: Hardening, R: Real> {
+    /// The elasticity.
+    pub elasticity: &'a IsotropicElasticity,
+    /// The law.
+    pub hardening: &'a H,
+    /// What the flow starts from.
+    pub start: FlowStart<R, H::Memory<R>>,
 }
 
-/// Φ = H/(3μ + H) at ε̄ᵖ = `plastic_strain`, H = dσ_y/dε̄ᵖ (de Vera 2016, eq. 3.28-3.30).
-pub(crate) fn radial_hardening_index(
-    elasticity: &IsotropicElasticity,
-    hardening: &IsotropicHardening,
-    plastic_strain: f64,
-) -> f64 {
-    let slope = hardening.flow_stress(plastic_strain).slope;
+impl<H: Hardening, R: Real> RadialReturn<'_, H, R> {
+    /// σ_y before the step.
+    #[inline(always)]
+    pub fn flow_stress_old(&self) -> FlowStress<R> {
+        self.hardening.flow_stress(&self.start, R::splat(0.0))
+    }
+
+    /// The increment p of ε̄ᵖ, √(3/2) ‖dev T_trial‖ − 3μ p = σ_y(ε̄ᵖ_n + p), where `yields`; zero elsewhere.
+    /// `equivalent_stress` is √(3/2) ‖dev T_trial‖, `flow_stress_old` that of [`RadialReturn::flow_stress_old`].
+    #[inline(always)]
+    pub fn plastic_increment(&self, yields: R::Mask, equivalent_stress: R, flow_stress_old: FlowStress<R>) -> R {
+        let three_mu = 3.0 * self.elasticity.shear_modulus();
+        if let Some(slope) = self.hardening.constant_slope() {
+            let excess = equivalent_stress - flow_stress_old.stress;
+            return R::select(yields, excess * (three_mu + slope).recip(), R::splat(0.0));
+        }
+        let equivalent = inlined!(|p: R| Equivalent {
+            stress: p.mul_add(R::splat(-three_mu), equivalent_stress),
+            slope: R::splat(-three_mu),
+        });
+        let flow = inlined!(|p: R| self.hardening.flow_stress(&self.start, p));
+        let at_zero = (equivalent(R::splat(0.0)), flow_stress_old);
+        plastic_increment(yields, equivalent_stress * three_mu.recip(), at_zero, equivalent, flow)
+    }
+}
+
+/// Φ = H/(3μ + H), H = dσ_y/dε̄ᵖ along the flow (de Vera 2016, eq. 3.28-3.30).
+pub(crate) fn radial_hardening_index(elasticity: &IsotropicElasticity, slope: f64) -> f64 {
     slope / (3.0 * elasticity.shear_modulus() + slope)
 }
 

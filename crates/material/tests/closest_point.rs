@@ -1,17 +1,18 @@
 //! Goal: the returned stress is the nearest admissible one in the energy norm, on smooth and on cornered surfaces.
 //!
 //! Loading: random trial stresses far outside and near corners. Source: "Exploring closest point return plasticity";
-//! the projection theorem; the return mappings of the Hencky theory.
+//! the projection theorem; the return mappings of the theories of Hencky and E*.
 
-use estar_material::point::MaterialPoint;
-use estar_material::{ClosestPoint, ElasticConstant, Hencky, HenckySurface, IsotropicElasticity, IsotropicHardening};
-use estar_tensor::{Kernel, LaneLevel, Real, SymmetricTensor, WithLanes, dispatch};
+use estar_material::point::{MaterialPoint, drive};
+use estar_material::{ClosestPoint, EStar, ElasticConstant, Hencky, IsotropicElasticity, IsotropicHardening, Material};
+use estar_tensor::{Kernel, LaneLevel, Real, SymmetricTensor, Tensor, WithLanes, dispatch};
 use proptest::prelude::*;
 
 const STRENGTH: f64 = 260e6;
+const YOUNG: f64 = 200e9;
 
 fn solid(poisson_ratio: f64) -> IsotropicElasticity {
-    let constants = (ElasticConstant::YoungModulus(200e9), ElasticConstant::PoissonRatio(poisson_ratio));
+    let constants = (ElasticConstant::YoungModulus(YOUNG), ElasticConstant::PoissonRatio(poisson_ratio));
     IsotropicElasticity::new(7850.0, constants.0, constants.1).unwrap()
 }
 
@@ -123,26 +124,81 @@ fn face_both_edges_and_apex_are_reached() {
     assert!(apex.iter().all(|stress| (stress * 0.5_f64.tan() / STRENGTH - 1.0).abs() < 1e-12), "{apex:?}");
 }
 
-#[test]
-fn the_projector_gives_the_return_mappings_of_the_hencky_theory() {
-    let elasticity = solid(0.32);
-    for (kind, surface) in [
-        (HenckySurface::VonMises, ClosestPoint::von_mises(elasticity, STRENGTH).unwrap()),
-        (HenckySurface::Rankine, ClosestPoint::rankine(elasticity, STRENGTH).unwrap()),
-    ] {
-        let material = Hencky::new(elasticity, IsotropicHardening::perfect(STRENGTH).unwrap(), kind);
-        for trial in grid() {
-            // ε = C⁻¹ σ, F = e^ε, and the Kirchhoff stress
-            let sum: f64 = trial.iter().sum();
-            let strain = trial.map(|stress| (1.32 * stress - 0.32 * sum) / 200e9);
-            let target = SymmetricTensor::diagonal(strain.map(f64::exp)).to_tensor();
-            let mut point = MaterialPoint::new(&material);
-            point.advance(&target, 1.0);
-            let stress = (*point.stress() * target.determinant()).0;
-            for (i, found) in surface.returned(trial).into_iter().enumerate() {
-                assert!((found - stress[i]).abs() < 1e-14 * 200e9, "{kind:?} {trial:?}: {found} {}", stress[i]);
-            }
+/// The largest difference, over E, between the stress τ or T after one step to a trial stress and its closest point. `target`
+/// gives F of principal strains, `stress` what the surface bounds.
+fn distance_from_closest_point<M: Material>(
+    material: &M,
+    surface: &ClosestPoint,
+    target: fn(f64) -> f64,
+    stress: fn(&MaterialPoint<'_, M>) -> SymmetricTensor<f64>,
+) -> f64 {
+    let mut worst: f64 = 0.0;
+    for trial in grid() {
+        // ε = C⁻¹ σ
+        let sum: f64 = trial.iter().sum();
+        let strain = trial.map(|stress| (1.32 * stress - 0.32 * sum) / YOUNG);
+        let mut point = MaterialPoint::new(material);
+        point.advance(&SymmetricTensor::diagonal(strain.map(target)).to_tensor(), 1.0);
+        let stress = stress(&point).0;
+        for (i, found) in surface.returned(trial).into_iter().enumerate() {
+            worst = worst.max((found - stress[i]).abs() / YOUNG);
         }
+    }
+    worst
+}
+
+fn kirchhoff<M: Material>(point: &MaterialPoint<'_, M>) -> SymmetricTensor<f64> {
+    *point.stress() * point.deformation_gradient().determinant()
+}
+
+#[test]
+fn the_projector_gives_the_return_mappings_of_hencky_and_of_e_star() {
+    let elasticity = solid(0.32);
+    let law = || IsotropicHardening::perfect(STRENGTH).unwrap();
+    let von_mises = ClosestPoint::von_mises(elasticity, STRENGTH).unwrap();
+    let rankine = ClosestPoint::rankine(elasticity, STRENGTH).unwrap();
+    let found = [
+        // F = e^ε, and the Kirchhoff stress
+        distance_from_closest_point(&Hencky::von_mises(elasticity, law()), &von_mises, f64::exp, kirchhoff),
+        distance_from_closest_point(&Hencky::rankine(elasticity, law()), &rankine, f64::exp, kirchhoff),
+        // Δt D = 2 (λ − 1)/(λ + 1) from I to λ in a straight line, and the Cauchy stress
+        distance_from_closest_point(
+            &EStar::new(elasticity, law(), ()),
+            &von_mises,
+            |strain| (2.0 + strain) / (2.0 - strain),
+            |point| *point.stress(),
+        ),
+    ];
+    assert!(found.iter().all(|distance| *distance < 1e-14), "{found:?}");
+}
+
+#[test]
+fn hencky_with_the_projector_is_hencky_with_its_own_returns_along_a_path() {
+    let elasticity = solid(0.32);
+    let law = || IsotropicHardening::perfect(STRENGTH).unwrap();
+    let path = |t: f64| {
+        let (a, b) = (0.3 * (3.0 * t).sin(), 0.4 * t * t);
+        Tensor::from_rows([[1.0 + a, b, 0.0], [0.1 * t, 1.0 - 0.5 * a, -b], [0.0, 0.2 * t, 1.0 - 0.4 * a]])
+    };
+    fn ends<M: Material>(material: &M, path: impl Fn(f64) -> Tensor<f64>) -> ([f64; 6], f64) {
+        let point = drive(material, path, 1.0, 400, |_, _| ());
+        (point.stress().0, point.plastic_dissipation())
+    }
+    let pairs = [
+        (
+            ends(&Hencky::von_mises(elasticity, law()), path),
+            ends(&Hencky::closest_point(ClosestPoint::von_mises(elasticity, STRENGTH).unwrap()), path),
+        ),
+        (
+            ends(&Hencky::rankine(elasticity, law()), path),
+            ends(&Hencky::closest_point(ClosestPoint::rankine(elasticity, STRENGTH).unwrap()), path),
+        ),
+    ];
+    for ((own, own_dissipation), (projected, dissipation)) in pairs {
+        for (own, projected) in own.into_iter().zip(projected) {
+            assert!((own - projected).abs() < 1e-11 * YOUNG, "{own} {projected}");
+        }
+        assert!((dissipation / own_dissipation - 1.0).abs() < 1e-9);
     }
 }
 

@@ -5,8 +5,8 @@
 
 use estar_material::point::{MaterialPoint, drive};
 use estar_material::{
-    Consistency, EStarTotal, ElasticConstant, ElasticEnergy, FlowRule, Hencky, HenckySurface, IsotropicElasticity,
-    IsotropicHardening, PlasticMetric,
+    Consistency, EStarTotal, ElasticConstant, ElasticEnergy, FlowRule, Hencky, IsotropicElasticity, IsotropicHardening,
+    PlasticMetric,
 };
 use estar_tensor::{SymmetricTensor, Tensor};
 use proptest::prelude::*;
@@ -201,7 +201,7 @@ fn faults_do_not_go_away_with_the_step() {
 #[test]
 fn with_its_energy_the_stress_is_that_of_the_hencky_theory() {
     let law = IsotropicHardening::linear(1e9, 1e9).unwrap();
-    let hencky = Hencky::new(solid(), law.clone(), HenckySurface::VonMises);
+    let hencky = Hencky::von_mises(solid(), law.clone());
     let expected = drive(&hencky, path, 1.0, 500, |_, _| ());
     for rule in CONSISTENT {
         let material = PlasticMetric::new(solid(), law.clone(), ElasticEnergy::Hencky, rule);

@@ -4,9 +4,10 @@
 
 use estar_material::point::{MaterialPoint, drive};
 use estar_material::{
-    EStar, EStarTotal, Elastic, ElasticConstant, ElasticEnergy, FlowRule, GreenNaghdi, Hencky, HenckySurface,
-    Hypoelastic, IsotropicElasticity, IsotropicHardening, KinematicHardening, Material, MetricState, Motion,
-    ObjectiveRate, PlasticMetric, PointGradients, PointState, StepKinematics,
+    AdiabaticHeating, ClosestPoint, EStar, EStarTotal, Elastic, ElasticConstant, ElasticEnergy, FlowRule, FlowStart,
+    GreenNaghdi, Hardening, Hencky, Hypoelastic, IsotropicElasticity, IsotropicHardening, JohnsonCook,
+    JohnsonCookParameters, KinematicHardening, Material, MetricState, Motion, ObjectiveRate, PlasticMetric,
+    PointGradients, PointState, Rankine, RotatedBackStress, StepKinematics, Temperature, VonMises,
 };
 use estar_tensor::{Kernel, LaneLevel, Real, Rotation, SymmetricTensor, Tensor, WithLanes, dispatch};
 use proptest::prelude::*;
@@ -62,11 +63,14 @@ properties! {
     green_naghdi_perfect: green_naghdi(law::perfect());
     green_naghdi_saturation: green_naghdi(law::saturation());
     green_naghdi_ludwik: green_naghdi(law::ludwik());
-    hencky_perfect: hencky(law::perfect(), HenckySurface::VonMises);
-    hencky_saturation: hencky(law::saturation(), HenckySurface::VonMises);
-    hencky_ludwik: hencky(law::ludwik(), HenckySurface::VonMises);
-    rankine_perfect: hencky(law::perfect(), HenckySurface::Rankine);
-    rankine_saturation: hencky(law::saturation(), HenckySurface::Rankine);
+    hencky_perfect: hencky(law::perfect());
+    hencky_saturation: hencky(law::saturation());
+    hencky_ludwik: hencky(law::ludwik());
+    rankine_perfect: rankine(law::perfect());
+    rankine_saturation: rankine(law::saturation());
+    box_rate_johnson_cook: box_rate_johnson_cook();
+    total_johnson_cook: total_johnson_cook();
+    hencky_johnson_cook: hencky_johnson_cook();
     simo_miehe: plastic_metric(law::saturation(), ElasticEnergy::Hencky, FlowRule::SimoMiehe);
     miehe: plastic_metric(law::saturation(), ElasticEnergy::Hencky, FlowRule::Miehe);
     lion: plastic_metric(law::saturation(), ElasticEnergy::Hencky, FlowRule::Lion);
@@ -99,10 +103,46 @@ convected! {
     lower_convected: ObjectiveRate::LowerConvected;
 }
 
+/// Perfectly plastic surfaces of the closest-point return. What is missing of the suite does not hold for them: the strain
+/// that they count is not what the flow stress works on.
+macro_rules! surfaces {
+    ($($name:ident: $surface:expr;)+) => {
+        $(properties! { @claims $name, closest_point($surface.unwrap());
+            superposed_rotation_only_rotates_stress,
+            a_turn_of_150_degrees_in_one_step_leaves_the_rotated_stress,
+            spin_during_flow_is_followed_at_second_order,
+            no_strain_gives_no_stress,
+            dissipation_is_never_negative,
+            no_more_is_dissipated_than_is_put_in,
+            the_flow_stress_is_met_after_plastic_flow,
+            the_flow_stress_is_met_from_far_outside,
+            stress_of_an_elastic_step_is_that_of_small_strain,
+            halving_the_step_divides_the_error,
+            every_lane_of_every_level_has_the_bits_of_f64,
+            a_history_survives_being_taken_apart,
+            same_inputs_give_same_outputs,
+            random_paths_stay_finite,
+        })+
+    };
+}
+
+surfaces! {
+    surface_von_mises: ClosestPoint::von_mises(solid(), STRENGTH);
+    surface_rankine: ClosestPoint::rankine(solid(), STRENGTH);
+    drucker_prager: ClosestPoint::drucker_prager(solid(), 0.5, STRENGTH, 0.5);
+    drucker_prager_with_little_dilatancy: ClosestPoint::drucker_prager(solid(), 0.5, STRENGTH, 0.1);
+    mohr_coulomb: ClosestPoint::mohr_coulomb(solid(), 0.5, STRENGTH);
+}
+
+const STRENGTH: f64 = 260e6;
+
+/// The flow stress at the end of a step from one point to the other, of a length in s.
+type FlowStressOf<M> = Box<dyn Fn(&MaterialPoint<'_, M>, &MaterialPoint<'_, M>, f64) -> f64>;
+
 /// A material with what the claims need to know of it.
 struct Subject<M: Material> {
     material: M,
-    flow_stress: Box<dyn Fn(f64) -> f64>,
+    flow_stress: FlowStressOf<M>,
     /// What the flow stress bounds, Pa.
     driving_stress: fn(&M, &MaterialPoint<'_, M>) -> f64,
     /// The volume that it works in, of the current volume J: that, or the reference volume 1.
@@ -110,50 +150,67 @@ struct Subject<M: Material> {
     /// The error falls with this power of the step, or faster, where plastic flow turns: 2 where nothing flows, 1 for
     /// the backward Euler of a radial return.
     order: f64,
+    /// Whether the flow stress depends on the rate: then it jumps at the onset of flow, and stress relaxes at rest.
+    is_viscous: bool,
 }
 
 impl<M: Material> Subject<M> {
     /// A material that yields under √(3/2) ‖dev T‖.
-    fn cauchy(material: M, law: IsotropicHardening) -> Self {
+    fn cauchy(material: M, flow_stress: FlowStressOf<M>) -> Self {
         Self {
             material,
-            flow_stress: flow_stress(law),
+            flow_stress,
             driving_stress: |_, point| von_mises(point.stress()),
             volume: |jacobian| jacobian,
             order: 1.0,
+            is_viscous: false,
+        }
+    }
+
+    /// One that yields under √(3/2) ‖dev τ‖ of τ = J T, per reference volume.
+    fn kirchhoff(material: M, flow_stress: FlowStressOf<M>) -> Self {
+        Self {
+            driving_stress: |_, point| von_mises(&kirchhoff(point)),
+            volume: |_| 1.0,
+            ..Self::cauchy(material, flow_stress)
         }
     }
 }
 
 fn elastic() -> Subject<Elastic> {
-    let subject = Subject::cauchy(Elastic::new(solid()), law::perfect());
-    Subject { flow_stress: Box::new(|_| f64::INFINITY), order: 2.0, ..subject }
+    Subject { order: 2.0, ..Subject::cauchy(Elastic::new(solid()), Box::new(|_, _, _| f64::INFINITY)) }
 }
 
 fn hypoelastic(rate: ObjectiveRate) -> Subject<Hypoelastic> {
-    let subject = Subject::cauchy(Hypoelastic::new(solid(), rate), law::perfect());
-    Subject { flow_stress: Box::new(|_| f64::INFINITY), order: 2.0, ..subject }
+    let material = Hypoelastic::new(solid(), rate);
+    Subject { order: 2.0, ..Subject::cauchy(material, Box::new(|_, _, _| f64::INFINITY)) }
 }
 
-fn box_rate(law: IsotropicHardening) -> Subject<EStar<()>> {
-    Subject::cauchy(EStar::new(solid(), law.clone(), ()), law)
+type BoxRate = EStar<(), IsotropicHardening>;
+type BoxRateKinematic = EStar<KinematicHardening, IsotropicHardening>;
+type Total = EStarTotal<IsotropicHardening>;
+type HenckyVonMises = Hencky<VonMises<IsotropicHardening>>;
+
+fn box_rate(law: IsotropicHardening) -> Subject<BoxRate> {
+    Subject::cauchy(EStar::new(solid(), law.clone(), ()), of_strain(law))
 }
 
-fn box_rate_kinematic(law: IsotropicHardening, rule: KinematicHardening) -> Subject<EStar<KinematicHardening>> {
-    let subject = Subject::cauchy(EStar::new(solid(), law.clone(), rule), law);
+fn box_rate_kinematic(law: IsotropicHardening, rule: KinematicHardening) -> Subject<BoxRateKinematic> {
+    let subject = Subject::cauchy(EStar::new(solid(), law.clone(), rule), of_strain(law));
     // √(3/2) ‖dev T̃ − α̃‖
-    let driving_stress = |_: &EStar<KinematicHardening>, point: &MaterialPoint<'_, EStar<KinematicHardening>>| {
-        von_mises(&(point.rotated_stress() - point.state().rotated_back_stress))
+    let driving_stress = |_: &BoxRateKinematic, point: &MaterialPoint<'_, BoxRateKinematic>| {
+        let RotatedBackStress { rotated_back_stress } = point.state().back_stress;
+        von_mises(&(point.rotated_stress() - rotated_back_stress))
     };
     Subject { driving_stress, ..subject }
 }
 
-fn total(law: IsotropicHardening) -> Subject<EStarTotal> {
-    Subject::cauchy(EStarTotal::new(solid(), law.clone()), law)
+fn total(law: IsotropicHardening) -> Subject<Total> {
+    Subject::cauchy(EStarTotal::new(solid(), law.clone()), of_strain(law))
 }
 
 fn green_naghdi(law: IsotropicHardening) -> Subject<GreenNaghdi> {
-    let subject = Subject::cauchy(GreenNaghdi::new(solid(), law.clone()), law);
+    let subject = Subject::cauchy(GreenNaghdi::new(solid(), law.clone()), of_strain(law));
     // √(3/2) ‖dev S‖ per reference volume
     let driving_stress = |material: &GreenNaghdi, point: &MaterialPoint<'_, GreenNaghdi>| {
         von_mises(&material.second_piola_kirchhoff(&point.state().strain, &point.state().plastic_strain))
@@ -161,27 +218,65 @@ fn green_naghdi(law: IsotropicHardening) -> Subject<GreenNaghdi> {
     Subject { driving_stress, volume: |_| 1.0, ..subject }
 }
 
-fn hencky(law: IsotropicHardening, surface: HenckySurface) -> Subject<Hencky> {
-    let subject = Subject::cauchy(Hencky::new(solid(), law.clone(), surface), law);
-    // of τ = J T per reference volume
-    let driving_stress: fn(&Hencky, &MaterialPoint<'_, Hencky>) -> f64 = match surface {
-        HenckySurface::VonMises => |_, point| von_mises(&kirchhoff(point)),
-        HenckySurface::Rankine => |_, point| kirchhoff(point).eigensystem().values[0],
+fn hencky(law: IsotropicHardening) -> Subject<HenckyVonMises> {
+    Subject::kirchhoff(Hencky::von_mises(solid(), law.clone()), of_strain(law))
+}
+
+fn rankine(law: IsotropicHardening) -> Subject<Hencky<Rankine>> {
+    let subject = Subject::kirchhoff(Hencky::rankine(solid(), law.clone()), of_strain(law));
+    Subject { driving_stress: |_, point| kirchhoff(point).eigensystem().values[0], ..subject }
+}
+
+fn closest_point(surface: ClosestPoint) -> Subject<Hencky<ClosestPoint>> {
+    let strength = -surface.yield_function([0.0; 3]);
+    let subject = Subject::kirchhoff(Hencky::closest_point(surface), Box::new(move |_, _, _| strength));
+    // f(τ) − f(0)
+    let driving_stress = |material: &Hencky<ClosestPoint>, point: &MaterialPoint<'_, Hencky<ClosestPoint>>| {
+        let surface = material.surface();
+        surface.yield_function(kirchhoff(point).eigensystem().values) - surface.yield_function([0.0; 3])
     };
-    Subject { driving_stress, volume: |_| 1.0, ..subject }
+    Subject { driving_stress, ..subject }
 }
 
 fn plastic_metric(law: IsotropicHardening, energy: ElasticEnergy, rule: FlowRule) -> Subject<PlasticMetric> {
-    let subject = Subject::cauchy(PlasticMetric::new(solid(), law.clone(), energy, rule), law);
-    Subject { driving_stress: |_, point| von_mises(&kirchhoff(point)), volume: |_| 1.0, ..subject }
+    Subject::kirchhoff(PlasticMetric::new(solid(), law.clone(), energy, rule), of_strain(law))
+}
+
+fn box_rate_johnson_cook() -> Subject<EStar<(), JohnsonCook>> {
+    let flow_stress = of_rate_and_temperature(|point: &MaterialPoint<'_, EStar<(), JohnsonCook>>| point.state().memory);
+    Subject { is_viscous: true, ..Subject::cauchy(EStar::new(solid(), law::johnson_cook(), ()), flow_stress) }
+}
+
+fn total_johnson_cook() -> Subject<EStarTotal<JohnsonCook>> {
+    let flow_stress =
+        of_rate_and_temperature(|point: &MaterialPoint<'_, EStarTotal<JohnsonCook>>| point.state().memory);
+    Subject { is_viscous: true, ..Subject::cauchy(EStarTotal::new(solid(), law::johnson_cook()), flow_stress) }
+}
+
+fn hencky_johnson_cook() -> Subject<Hencky<VonMises<JohnsonCook>>> {
+    let flow_stress =
+        of_rate_and_temperature(|point: &MaterialPoint<'_, Hencky<VonMises<JohnsonCook>>>| point.state().memory);
+    Subject { is_viscous: true, ..Subject::kirchhoff(Hencky::von_mises(solid(), law::johnson_cook()), flow_stress) }
 }
 
 fn kirchhoff<M: Material>(point: &MaterialPoint<'_, M>) -> SymmetricTensor<f64> {
     *point.stress() * point.deformation_gradient().determinant()
 }
 
-fn flow_stress(law: IsotropicHardening) -> Box<dyn Fn(f64) -> f64> {
-    Box::new(move |strain| law.flow_stress(strain).stress)
+/// The flow stress of a law that knows ε̄ᵖ alone.
+fn of_strain<M: Material>(law: IsotropicHardening) -> FlowStressOf<M> {
+    Box::new(move |_, new, _| law.at(plastic_strain(new)).stress)
+}
+
+/// The flow stress of the law of Johnson and Cook: the rate is that of the step, the temperature that of its beginning.
+fn of_rate_and_temperature<M: Material>(
+    memory: impl Fn(&MaterialPoint<'_, M>) -> Temperature<f64> + 'static,
+) -> FlowStressOf<M> {
+    let law = law::johnson_cook();
+    Box::new(move |old, new, time_step| {
+        let start = FlowStart::new(plastic_strain(old), memory(old), time_step);
+        law.flow_stress(&start, plastic_strain(new) - plastic_strain(old)).stress
+    })
 }
 
 /// Steel: E = 200 GPa, ν = 0.32.
@@ -192,7 +287,7 @@ fn solid() -> IsotropicElasticity {
 const YOUNG: f64 = 200e9;
 
 mod law {
-    use super::IsotropicHardening;
+    use super::{AdiabaticHeating, IsotropicHardening, JohnsonCook, JohnsonCookParameters};
 
     pub fn perfect() -> IsotropicHardening {
         IsotropicHardening::perfect(260e6).unwrap()
@@ -216,6 +311,22 @@ mod law {
 
     pub fn swift() -> IsotropicHardening {
         IsotropicHardening::swift(700e6, 0.01, 0.25).unwrap()
+    }
+
+    /// With all that heats and softens: θ rises by some 200 K on the paths of this suite.
+    pub fn johnson_cook() -> JohnsonCook {
+        let parameters = JohnsonCookParameters {
+            a: 260e6,
+            b: 400e6,
+            n: 0.3,
+            c: 0.02,
+            m: 0.9,
+            reference_rate: 1e-2,
+            reference_temperature: 293.15,
+            melting_temperature: 1800.0,
+        };
+        let heating = AdiabaticHeating { specific_heat: 460.0, taylor_quinney: 0.9, initial_temperature: 300.0 };
+        JohnsonCook::new(parameters).unwrap().with_heating(heating, &super::solid()).unwrap()
     }
 
     pub fn tabulated() -> IsotropicHardening {
@@ -263,6 +374,15 @@ fn driving_stress<M: Material>(subject: &Subject<M>, point: &MaterialPoint<'_, M
     (subject.driving_stress)(&subject.material, point)
 }
 
+fn flow_stress<M: Material>(
+    subject: &Subject<M>,
+    old: &MaterialPoint<'_, M>,
+    new: &MaterialPoint<'_, M>,
+    time_step: f64,
+) -> f64 {
+    (subject.flow_stress)(old, new, time_step)
+}
+
 fn plastic_strain<M: Material>(point: &MaterialPoint<'_, M>) -> f64 {
     point.equivalent_plastic_strain()
 }
@@ -290,17 +410,19 @@ mod claims {
 
     pub fn a_turn_of_150_degrees_in_one_step_leaves_the_rotated_stress<M: Material>(subject: &Subject<M>) {
         let mut point = drive(&subject.material, turning_path, 1.0, 50, |_, _| ());
-        let (before, strain) = (point.rotated_stress(), plastic_strain(&point));
-        let energy = point.internal_energy();
-        let mut gradient = *point.deformation_gradient();
+        let mut resting = point.clone();
+        let before = point.rotated_stress();
         for _ in 0..3 {
-            gradient = rotation(150_f64.to_radians()).dot(&gradient);
-            point.advance(&gradient, 0.01);
-            let error = distance(&point.rotated_stress(), &before);
+            point.advance(&rotation(150_f64.to_radians()).dot(point.deformation_gradient()), 0.01);
+            resting.advance(&turning_path(1.0), 0.01);
+            let error = distance(&point.rotated_stress(), &resting.rotated_stress());
             assert!(error < 4.0 * ROUNDING, "{error} Pa");
-            assert!((plastic_strain(&point) - strain).abs() < 1e-14);
+            assert!((plastic_strain(&point) - plastic_strain(&resting)).abs() < 1e-14);
+            let energy = resting.internal_energy();
             assert!((point.internal_energy() - energy).abs() < 1e-12 * energy);
         }
+        let relaxed = distance(&resting.rotated_stress(), &before);
+        assert_eq!(relaxed > 4.0 * ROUNDING, subject.is_viscous, "{relaxed} Pa");
     }
 
     pub fn spin_during_flow_is_followed_at_second_order<M: Material>(subject: &Subject<M>) {
@@ -336,22 +458,29 @@ mod claims {
     pub fn dissipation_is_the_work_of_the_flow_stress<M: Material>(subject: &Subject<M>) {
         // ∫ σ_y dε̄ᵖ over the volume that σ_y works in
         let error = |steps| {
-            let (mut work, mut strain_old) = (0.0, 0.0);
+            let time_step = 1.0 / f64::from(steps);
+            let mut work = 0.0;
+            let mut old = MaterialPoint::new(&subject.material);
+            let mut stress_old = flow_stress(subject, &old, &old, time_step);
             let point = drive(&subject.material, turning_path, 1.0, steps, |_, point| {
-                let strain = plastic_strain(point);
-                if strain > strain_old {
-                    let mean = 0.5 * ((subject.flow_stress)(strain_old) + (subject.flow_stress)(strain));
-                    work += mean * (strain - strain_old) * (subject.volume)(point.deformation_gradient().determinant());
-                    strain_old = strain;
+                let increment = plastic_strain(point) - plastic_strain(&old);
+                if increment > 0.0 {
+                    let stress = flow_stress(subject, &old, point, time_step);
+                    let volume = (subject.volume)(point.deformation_gradient().determinant());
+                    work += 0.5 * (stress_old + stress) * increment * volume;
+                    stress_old = stress;
                 }
+                old = point.clone();
             });
-            assert_eq!(work > 0.0, (subject.flow_stress)(0.0).is_finite());
+            assert_eq!(work > 0.0, stress_old.is_finite());
             (work - point.plastic_dissipation()).abs() / work.max(1.0)
         };
         // the trapezoids of both sides differ at second order, also in the step that holds the onset of yield; where in
         // that step it lies makes the order scatter
         let (coarse, fine) = (error(250), error(2000));
-        assert!(fine < 1e-5 && coarse >= 8.0_f64.powf(1.5) * fine, "{coarse} {fine}");
+        let order = (coarse / fine).log(8.0);
+        let least_order = if subject.is_viscous { 0.75 } else { 1.5 };
+        assert!(fine < 1e-5 && (fine == 0.0 || order > least_order), "{coarse} {fine}: order {order}");
     }
 
     pub fn no_more_is_dissipated_than_is_put_in<M: Material>(subject: &Subject<M>) {
@@ -368,13 +497,14 @@ mod claims {
     pub fn the_flow_stress_is_met_after_plastic_flow<M: Material>(subject: &Subject<M>) {
         for path in [turning_path, cyclic_path] {
             for steps in [12, 300] {
-                let mut strain_old = 0.0;
+                let mut old = MaterialPoint::new(&subject.material);
                 drive(&subject.material, path, 1.0, steps, |time, point| {
-                    let strain = plastic_strain(point);
-                    let error = driving_stress(subject, point) / (subject.flow_stress)(strain) - 1.0;
+                    let flow_stress = flow_stress(subject, &old, point, f64::from(steps).recip());
+                    let error = driving_stress(subject, point) / flow_stress - 1.0;
+                    let flows = plastic_strain(point) > plastic_strain(&old);
                     assert!(error < 1e-12, "{steps} steps, t = {time}: outside by {error}");
-                    assert!(strain == strain_old || error > -1e-12, "{steps} steps, t = {time}: inside by {error}");
-                    strain_old = strain;
+                    assert!(!flows || error > -1e-12, "{steps} steps, t = {time}: inside by {error}");
+                    old = point.clone();
                 });
             }
         }
@@ -384,12 +514,13 @@ mod claims {
         for stretches in [[1.3, 0.8, 0.9], [0.5, 0.9, 1.1], [3.0, 1.0, 0.3], [1.0, 1.0, 0.1], [20.0, 20.0, 0.05]] {
             let [a, b, c] = stretches;
             let target = SymmetricTensor([a, b, c, 0.0, 0.0, 0.0]).pushed_by(&rotation(1.0)).to_tensor();
-            let mut point = MaterialPoint::new(&subject.material);
+            let start = MaterialPoint::new(&subject.material);
+            let mut point = start.clone();
             point.advance(&target, 1e-6);
-            let outside = driving_stress(subject, &point) / (subject.flow_stress)(plastic_strain(&point)) - 1.0;
+            let outside = driving_stress(subject, &point) / flow_stress(subject, &start, &point, 1e-6) - 1.0;
             // the returned stress is a difference of stresses as large as the trial's
             let trial = YOUNG * a.max(c.recip()).powi(2);
-            let tolerance = 1e-12 + 4.0 * f64::EPSILON * trial / (subject.flow_stress)(0.0);
+            let tolerance = 1e-12 + 4.0 * f64::EPSILON * trial / flow_stress(subject, &start, &start, 1e-6);
             assert!(outside < tolerance, "{stretches:?}: {outside}");
             assert!(outside > -tolerance || plastic_strain(&point) == 0.0, "{stretches:?}: {outside}");
         }
@@ -434,7 +565,8 @@ mod claims {
             if level.is_available() {
                 let bits = dispatch(level, lanes::AllBits(&subject.material));
                 for (case, (lane, alone)) in bits.iter().zip(&scalar).enumerate() {
-                    assert_eq!(lane, alone, "{level:?}, case {case}");
+                    let first = lane.iter().zip(alone).position(|(lane, alone)| lane != alone);
+                    assert_eq!(first, None, "{level:?}, case {case}: the first number that differs");
                 }
             } else {
                 eprintln!("{level:?} is not available on this machine: not compared");
@@ -591,6 +723,7 @@ fn energies<M: Material>(material: &M, steps: u32) -> (f64, f64, M::State<f64>) 
                 rotation_old,
                 rotation_new,
             }),
+            time_step,
         );
         energy += update.internal_energy;
         dissipation += update.plastic_dissipation;
@@ -658,7 +791,7 @@ fn prager_stores_the_work_of_its_back_stress() {
     for steps in [12, 600] {
         let (energy, dissipation, state) = energies(&box_rate_kinematic(law::linear(), rule).material, steps);
         // ∫ α : D_p dt = ¾ ‖α‖²/C
-        let stored = 0.75 * state.rotated_back_stress.norm_squared() / rule.modulus();
+        let stored = 0.75 * state.back_stress.rotated_back_stress.norm_squared() / rule.modulus();
         let error = energy - dissipation - elastic_energy(&state.rotated_stress) - stored;
         assert!(error.abs() < 1e-12 * energy, "{steps}: {error} of {energy}");
         assert!(stored > 1e-3 * energy, "{stored} of {energy}");
@@ -667,7 +800,7 @@ fn prager_stores_the_work_of_its_back_stress() {
 
 #[test]
 fn plastic_metric_keeps_its_determinant_through_100_000_steps() {
-    fn keeps<M: Material<State<f64> = MetricState<f64>>>(material: &M) {
+    fn keeps<M: Material<State<f64> = MetricState<f64, ()>>>(material: &M) {
         let mut worst: f64 = 0.0;
         let path = |t: f64| cyclic_path(t).dot(&rotation(0.3 * (9.0 * t).sin()));
         let point = drive(material, path, 10.0, 100_000, |_, point| {
@@ -678,6 +811,6 @@ fn plastic_metric_keeps_its_determinant_through_100_000_steps() {
     }
     for law in [law::perfect(), law::saturation(), law::ludwik()] {
         keeps(&total(law.clone()).material);
-        keeps(&hencky(law, HenckySurface::VonMises).material);
+        keeps(&hencky(law).material);
     }
 }

@@ -65,7 +65,9 @@ impl Simulation {
             patch_forces = rest;
             let step =
                 HexStep { formulation: block.formulation, bulk_viscosity: self.settings.bulk_viscosity, time_step };
-            self.elements = self.elements.followed_by(&block.elements.advance(motion, &step, own));
+            let report = block.elements.advance(motion, &step, own);
+            self.energies.heat += report.plastic_dissipation * block.elements.heat_share().unwrap_or(0.0);
+            self.elements = self.elements.followed_by(&report);
         }
         self.energies.internal += self.elements.internal_energy;
         self.energies.plastic_dissipation += self.elements.plastic_dissipation;

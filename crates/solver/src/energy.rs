@@ -11,6 +11,8 @@ pub struct Energies {
     pub internal: f64,
     /// The part of it that plastic flow has dissipated.
     pub plastic_dissipation: f64,
+    /// The part of that which has heated materials that have a temperature; the rest stays in the defects of the metal.
+    pub heat: f64,
     /// Work against bulk viscosity.
     pub viscous: f64,
     /// Work of each load of the model.

@@ -3,7 +3,6 @@
 
 use crate::patch::PATCH;
 use crate::simulation::Simulation;
-use crate::solid_block::Means;
 use estar_element::hex8;
 use estar_tensor::{SymmetricTensor, Vector3};
 use rayon::prelude::*;
@@ -15,20 +14,33 @@ impl Simulation {
         field.par_iter_mut().with_min_len(PATCH).enumerate().for_each(velocity);
     }
 
-    /// Writes means over the quadrature points of every hex, of the fields that are wanted: the Cauchy stress with the
-    /// components xx, yy, zz, xy, yz, xz in Pa, and the equivalent plastic strain ε̄ᵖ. One sweep over the histories gives
-    /// both; their size is what it costs.
-    pub fn write_means(&self, mut stress: Option<&mut [[f64; 6]]>, mut strain: Option<&mut [f64]>) {
+    /// Writes means over the quadrature points of every hex, of the fields that are wanted. One sweep over the histories
+    /// gives all; their size is what it costs.
+    pub fn write_means(&self, means: HexMeans<'_>) {
+        let HexMeans { mut cauchy_stress, mut equivalent_plastic_strain, mut temperature } = means;
         for block in &self.blocks {
             let hexes = block.elements.hexes();
-            let stresses = pieces(hexes, stress.as_deref_mut());
-            let strains = pieces(hexes, strain.as_deref_mut());
-            let chunks = stresses.into_par_iter().zip(strains).enumerate();
-            chunks.for_each(|(chunk, (cauchy_stress, equivalent_plastic_strain))| {
-                block.elements.write_means(chunk, Means { cauchy_stress, equivalent_plastic_strain });
+            let stresses = pieces(hexes, cauchy_stress.as_deref_mut());
+            let strains = pieces(hexes, equivalent_plastic_strain.as_deref_mut());
+            let temperatures = pieces(hexes, temperature.as_deref_mut());
+            let chunks = stresses.into_par_iter().zip(strains).zip(temperatures).enumerate();
+            chunks.for_each(|(chunk, ((cauchy_stress, equivalent_plastic_strain), temperature))| {
+                let means = HexMeans { cauchy_stress, equivalent_plastic_strain, temperature };
+                block.elements.write_means(chunk, means);
             });
         }
     }
+}
+
+/// Fields over all hexes that are to be filled with means over the quadrature points; none is a field not wanted.
+#[derive(Debug, Default)]
+pub struct HexMeans<'a> {
+    /// Cauchy stress with the components xx, yy, zz, xy, yz, xz, Pa.
+    pub cauchy_stress: Option<&'a mut [[f64; 6]]>,
+    /// Equivalent plastic strain ε̄ᵖ.
+    pub equivalent_plastic_strain: Option<&'a mut [f64]>,
+    /// Temperature, K; not a number in a hex whose material has none.
+    pub temperature: Option<&'a mut [f64]>,
 }
 
 /// The piece of a field over all hexes that holds each chunk of a block, whose hexes ascend; none of no field.

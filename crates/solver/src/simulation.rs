@@ -7,7 +7,7 @@ use crate::energy::{CentredWork, Energies};
 use crate::error::ModelError;
 use crate::loads::NodalLoad;
 use crate::model::{Direction, Formulation, LoadKind, Model, Part, RigidWall, TimeSettings};
-use crate::solid_block::{BlockReport, ElementBlock, block};
+use crate::solid_block::{BlockReport, ElementBlock, Largest, block};
 use estar_element::hex8::{self, CORNERS};
 use estar_mesh::Mesh;
 use estar_tensor::{LaneLevel, Vector3};
@@ -74,6 +74,8 @@ pub(crate) struct Block {
 pub struct Extremes {
     /// Largest equivalent plastic strain of a quadrature point.
     pub max_equivalent_plastic_strain: f64,
+    /// Highest temperature of a quadrature point, K, where a material has one.
+    pub max_temperature: Option<f64>,
     /// Smallest det F of a quadrature point.
     pub min_jacobian: f64,
     /// Stable time step of the mesh, s, without the safety factor.
@@ -226,9 +228,10 @@ impl Simulation {
 
     /// Extremes over the elements; looks at every quadrature point.
     pub fn extremes(&self) -> Extremes {
-        let strains = self.blocks.iter().map(|block| block.elements.largest_plastic_strain());
+        let largest = self.blocks.iter().map(|block| block.elements.largest()).fold(Largest::NONE, Largest::larger);
         Extremes {
-            max_equivalent_plastic_strain: strains.fold(0.0, f64::max),
+            max_equivalent_plastic_strain: largest.plastic_strain,
+            max_temperature: Some(largest.temperature).filter(|temperature| *temperature > f64::NEG_INFINITY),
             min_jacobian: self.elements.min_jacobian.value,
             stable_time_step: self.elements.stable_time_step.value,
             controlling_hex: self.elements.stable_time_step.hex,
@@ -295,9 +298,14 @@ impl Simulation {
             block.elements.for_each_number(&mut visit);
         }
         let energies = &self.energies;
-        for number in
-            [energies.kinetic, energies.internal, energies.plastic_dissipation, energies.viscous, energies.in_play]
-        {
+        for number in [
+            energies.kinetic,
+            energies.internal,
+            energies.plastic_dissipation,
+            energies.heat,
+            energies.viscous,
+            energies.in_play,
+        ] {
             visit(number);
         }
         let others = [&self.constraint_work, &self.contact_work, &self.step_change];

@@ -1,5 +1,6 @@
 //! Blocks of elements of one material and one formulation, packed so that the lanes of a number are elements.
 
+use crate::fields::HexMeans;
 use crate::model::Part;
 use crate::patch::{PATCH, Patches};
 use estar_element::hex8::{self, CORNERS, CornerVectors, HexHistory, HexMotion, HexStep, POINTS};
@@ -78,12 +79,24 @@ impl BlockReport {
     }
 }
 
-/// Fields over hexes, each or none wanted: means over the quadrature points.
-pub(crate) struct Means<'a> {
-    /// Cauchy stress, Pa.
-    pub cauchy_stress: Option<&'a mut [[f64; 6]]>,
+/// Extremes over the quadrature points of a block.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Largest {
     /// Equivalent plastic strain.
-    pub equivalent_plastic_strain: Option<&'a mut [f64]>,
+    pub plastic_strain: f64,
+    /// Temperature, K; −∞ where the material has none.
+    pub temperature: f64,
+}
+
+impl Largest {
+    pub const NONE: Self = Self { plastic_strain: 0.0, temperature: f64::NEG_INFINITY };
+
+    pub fn larger(self, other: Self) -> Self {
+        Self {
+            plastic_strain: self.plastic_strain.max(other.plastic_strain),
+            temperature: self.temperature.max(other.temperature),
+        }
+    }
 }
 
 /// A block of elements, whatever their material and number of lanes. Called once a step, not once an element.
@@ -103,12 +116,15 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Stable time step of an element on its last geometry, s.
     fn stable_time_step(&self, element: usize) -> f64;
 
-    /// Largest equivalent plastic strain of a quadrature point.
-    fn largest_plastic_strain(&self) -> f64;
+    /// The share of the plastic dissipation that heats the material, where it has a temperature.
+    fn heat_share(&self) -> Option<f64>;
+
+    /// Extremes over the quadrature points.
+    fn largest(&self) -> Largest;
 
     /// Writes the means over the points of each element of a patch to the places of its hexes in the fields; the place of
     /// the first is at their beginning.
-    fn write_means(&self, patch: usize, means: Means<'_>);
+    fn write_means(&self, patch: usize, means: HexMeans<'_>);
 
     /// Calls `visit` with every number of every history, in an order that does not depend on the lanes.
     fn for_each_number(&self, visit: &mut dyn FnMut(f64));
@@ -232,17 +248,28 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
         self.history[element / R::LANES].stable_time_step.lane(element % R::LANES)
     }
 
-    fn largest_plastic_strain(&self) -> f64 {
-        // the copies that fill the last pack have the strains of an element that is counted anyway
-        let of_pack = |pack: &History<M, R>| {
-            let strains = pack.states.iter().map(|state| self.material.equivalent_plastic_strain(state));
-            let largest = strains.fold(R::splat(0.0), R::max);
-            (0..R::LANES).map(|lane| largest.lane(lane)).fold(0.0, f64::max)
-        };
-        self.history.par_iter().with_min_len(PATCH).map(of_pack).reduce(|| 0.0, f64::max)
+    fn heat_share(&self) -> Option<f64> {
+        self.material.heat_share()
     }
 
-    fn write_means(&self, patch: usize, means: Means<'_>) {
+    fn largest(&self) -> Largest {
+        // the copies that fill the last pack have the values of an element that is counted anyway
+        let of_pack = |pack: &History<M, R>| {
+            let of_lanes = |values: &mut dyn Iterator<Item = R>| {
+                values.reduce(R::max).map_or(f64::NEG_INFINITY, |largest| {
+                    (0..R::LANES).map(|lane| largest.lane(lane)).fold(f64::NEG_INFINITY, f64::max)
+                })
+            };
+            let states = || pack.states.iter();
+            Largest {
+                plastic_strain: of_lanes(&mut states().map(|state| self.material.equivalent_plastic_strain(state))),
+                temperature: of_lanes(&mut states().filter_map(|state| self.material.temperature(state))),
+            }
+        };
+        self.history.par_iter().with_min_len(PATCH).map(of_pack).reduce(|| Largest::NONE, Largest::larger)
+    }
+
+    fn write_means(&self, patch: usize, means: HexMeans<'_>) {
         let (hexes, history) = (&self.hexes[patch * PATCH..], &self.history[patch * (PATCH / R::LANES)..]);
         let hexes = &hexes[..hexes.len().min(PATCH)];
         R::vectorize(MeansKernel { material: &self.material, hexes, history, means });
@@ -404,7 +431,7 @@ struct MeansKernel<'a, M: Material, R: Real> {
     material: &'a M,
     hexes: &'a [u32],
     history: &'a [History<M, R>],
-    means: Means<'a>,
+    means: HexMeans<'a>,
 }
 
 impl<M: Material, R: Real> Kernel for MeansKernel<'_, M, R> {
@@ -413,7 +440,7 @@ impl<M: Material, R: Real> Kernel for MeansKernel<'_, M, R> {
     #[inline(always)]
     fn run(self) {
         let Self { material, hexes, history, means } = self;
-        let Means { mut cauchy_stress, mut equivalent_plastic_strain } = means;
+        let HexMeans { mut cauchy_stress, mut equivalent_plastic_strain, mut temperature } = means;
         let share = R::splat(1.0 / POINTS as f64);
         let mut lanes = [[0.0; MOST_LANES]; 6];
         for (pack, hexes_of_pack) in history.iter().zip(hexes.chunks(R::LANES)) {
@@ -430,16 +457,19 @@ impl<M: Material, R: Real> Kernel for MeansKernel<'_, M, R> {
                     field[place] = array(|component| lanes[component][lane]);
                 }
             }
-            if let Some(field) = &mut equivalent_plastic_strain {
+            let mut write = |field: &mut Option<&mut [f64]>, value: &dyn Fn(&M::State<R>) -> R| {
+                let Some(field) = field else { return };
                 let mut mean = R::splat(0.0);
                 for state in &pack.states {
-                    mean += material.equivalent_plastic_strain(state) * share;
+                    mean += value(state) * share;
                 }
                 mean.store(&mut lanes[0]);
                 for (lane, place) in places() {
                     field[place] = lanes[0][lane];
                 }
-            }
+            };
+            write(&mut equivalent_plastic_strain, &|state| material.equivalent_plastic_strain(state));
+            write(&mut temperature, &|state| material.temperature(state).unwrap_or(R::splat(f64::NAN)));
         }
     }
 }

@@ -10,7 +10,7 @@ use common::{
     DIRECTIONS, all_nodes, bricks, elastic, elasticity, faces, load, mesh_of, minus, nodes, norm, prescribed, ramp,
     run, translation, until, whole, yielding,
 };
-use estar_material::{HenckySurface, IsotropicHardening, MaterialModel};
+use estar_material::{EStarTotal, Elastic, Hencky, IsotropicHardening, MaterialModel};
 use estar_mesh::Mesh;
 use estar_solver::model::{
     BulkViscosity, Direction, Fix, Formulation, InitialVelocity, LoadKind, Part, Prescribed, Quantity, RigidWall,
@@ -26,7 +26,7 @@ fn crash(mesh: &Mesh) -> Model {
     let hexes: Vec<u32> = (0..mesh.hex_count() as u32).collect();
     let hardening = IsotropicHardening::saturation(300e6, 500e6, 10.0, 1e8).unwrap();
     let materials =
-        [yielding(300e6, 1e9), MaterialModel::e_star_total(elasticity(7850.0, 200e9, 0.3), hardening), elastic()];
+        [yielding(300e6, 1e9), EStarTotal::new(elasticity(7850.0, 200e9, 0.3), hardening).into(), elastic()];
     let (most, last) = hexes.split_at(hexes.len() - 4);
     let parts = [most, &last[..3], &last[3..]].into_iter().zip(materials);
     let formulations = [Formulation::FBar, Formulation::FBar, Formulation::Full];
@@ -292,10 +292,10 @@ fn a_crushed_brick_ends_the_run_as_inverted() {
     let mesh = bricks([1.0, 1.0, 3.0], [1, 1, 3]);
     let hardening = IsotropicHardening::perfect(1e4).unwrap();
     let soft = elasticity(1000.0, 1e6, 0.3);
-    let materials = [
-        MaterialModel::elastic(soft),
-        MaterialModel::e_star_total(soft, hardening.clone()),
-        MaterialModel::hencky(soft, hardening, HenckySurface::VonMises),
+    let materials: [MaterialModel; 3] = [
+        Elastic::new(soft).into(),
+        EStarTotal::new(soft, hardening.clone()).into(),
+        Hencky::von_mises(soft, hardening).into(),
     ];
     for material in materials {
         for element in [Formulation::Full, Formulation::FBar] {

@@ -8,7 +8,7 @@ use common::{
     DIRECTIONS, FORMULATIONS, all_nodes, assert_close, bricks, elasticity, new, run, stresses, translation, until,
     whole,
 };
-use estar_material::{IsotropicHardening, KinematicHardening, MaterialModel};
+use estar_material::{EStarTotal, Elastic, IsotropicHardening, KinematicHardening, MaterialModel};
 use estar_solver::Model;
 use estar_solver::model::{BulkViscosity, Fix, Formulation, RigidWall, TimeSettings};
 
@@ -27,7 +27,7 @@ fn an_elastic_rod_rebounds_after_twice_its_length() {
     let foot = mesh.group("x_min").unwrap().nodes[0] as usize;
     for formulation in FORMULATIONS {
         let model = Model {
-            parts: whole(&mesh, MaterialModel::elastic(elasticity(density, young_modulus, 0.0)), formulation),
+            parts: whole(&mesh, Elastic::new(elasticity(density, young_modulus, 0.0)).into(), formulation),
             initial_velocities: vec![translation(&mesh, [-speed, 0.0, 0.0])],
             walls: vec![WALL],
             settings: until(2.5 * length / wave_speed),
@@ -80,7 +80,7 @@ fn a_yielding_column_sends_a_precursor_and_a_slower_plastic_wave() {
     let hardening = IsotropicHardening::linear(yield_stress, modulus).unwrap();
     let materials = [
         MaterialModel::e_star_box_rate(elasticity, hardening.clone(), KinematicHardening::NONE),
-        MaterialModel::e_star_total(elasticity, hardening),
+        EStarTotal::new(elasticity, hardening).into(),
     ];
     for material in materials {
         let model = Model {

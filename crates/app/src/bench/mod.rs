@@ -16,6 +16,7 @@ use crate::format::count;
 use crate::run;
 use estar_material::MaterialModel;
 use estar_mesh::Mesh;
+use estar_solver::fields::HexMeans;
 use estar_solver::model::Formulation;
 use estar_solver::{LaneLevel, Simulation};
 use machine::{Description, arithmetic_rate, triad_rate};
@@ -213,7 +214,8 @@ impl<'a> Bar<'a> {
         }
         let strain = |simulation: &Simulation| {
             let mut strain = vec![0.0; simulation.hex_count()];
-            all_threads.install(|| simulation.write_means(None, Some(&mut strain)));
+            let means = HexMeans { equivalent_plastic_strain: Some(&mut strain), ..HexMeans::default() };
+            all_threads.install(|| simulation.write_means(means));
             strain
         };
         let before = strain(&bar.simulation);

@@ -2,8 +2,9 @@
 //! that hits a wall at 227 m/s. `estar bench` and the benchmarks share it.
 
 use estar_material::{
-    ElasticConstant, ElasticEnergy, FlowRule, HenckySurface, IsotropicElasticity, IsotropicHardening,
-    KinematicHardening, MaterialModel,
+    AdiabaticHeating, EStar, EStarTotal, Elastic, ElasticConstant, ElasticEnergy, FlowRule, Hencky,
+    IsotropicElasticity, IsotropicHardening, JohnsonCook, JohnsonCookParameters, KinematicHardening, MaterialModel,
+    PlasticMetric,
 };
 use estar_mesh::generate::{CylinderParameters, CylinderSpec, Section, cylinder};
 use estar_mesh::{Mesh, locality_order};
@@ -62,6 +63,19 @@ pub fn materials() -> Vec<(&'static str, MaterialModel)> {
     let linear = IsotropicHardening::linear(400e6, 100e6).expect("valid parameters");
     let voce = IsotropicHardening::voce(400e6, 500e6, 10.0).expect("valid parameters");
     let kinematic = KinematicHardening::prager(1e8).expect("valid parameters");
+    // copper of Johnson and Cook 1983
+    let johnson_cook = JohnsonCook::new(JohnsonCookParameters {
+        a: 90e6,
+        b: 292e6,
+        n: 0.31,
+        c: 0.025,
+        m: 1.09,
+        reference_rate: 1.0,
+        reference_temperature: 293.0,
+        melting_temperature: 1356.0,
+    });
+    let heating = AdiabaticHeating { specific_heat: 383.0, taylor_quinney: 0.9, initial_temperature: 293.0 };
+    let johnson_cook = johnson_cook.and_then(|law| law.with_heating(heating, &elasticity)).expect("valid parameters");
     let box_rate = |hardening: &IsotropicHardening, kinematic| {
         MaterialModel::e_star_box_rate(elasticity, hardening.clone(), kinematic)
     };
@@ -69,13 +83,14 @@ pub fn materials() -> Vec<(&'static str, MaterialModel)> {
         ("e-star box-rate linear", box_rate(&linear, KinematicHardening::NONE)),
         ("e-star box-rate voce", box_rate(&voce, KinematicHardening::NONE)),
         ("e-star box-rate prager", box_rate(&linear, kinematic)),
-        ("e-star total linear", MaterialModel::e_star_total(elasticity, linear.clone())),
+        ("e-star johnson-cook", EStar::new(elasticity, johnson_cook, ()).into()),
+        ("e-star total linear", EStarTotal::new(elasticity, linear.clone()).into()),
         (
             "simo-miehe linear",
-            MaterialModel::plastic_metric(elasticity, linear.clone(), ElasticEnergy::Hencky, FlowRule::SimoMiehe),
+            PlasticMetric::new(elasticity, linear.clone(), ElasticEnergy::Hencky, FlowRule::SimoMiehe).into(),
         ),
-        ("hencky linear", MaterialModel::hencky(elasticity, linear.clone(), HenckySurface::VonMises)),
-        ("elastic", MaterialModel::elastic(elasticity)),
+        ("hencky linear", Hencky::von_mises(elasticity, linear).into()),
+        ("elastic", Elastic::new(elasticity).into()),
     ]
 }
 

@@ -133,11 +133,7 @@ impl Decoder {
     pub fn parameter<T>(&mut self, node: &Node, result: Result<T, ParameterError>) -> Option<T> {
         result
             .map_err(|error| {
-                let entry = match &node.value {
-                    Value::Table(table) => table.get(error.parameter),
-                    _ => None,
-                };
-                let span = entry.map_or(node.span, |entry| entry.node.span);
+                let span = node.value.entry(error.parameter).map_or(node.span, |entry| entry.node.span);
                 self.report(Diagnostic::error(format!("{}.{error}", self.place())).at(span, error.bound));
             })
             .ok()

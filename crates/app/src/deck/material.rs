@@ -3,15 +3,17 @@
 use super::decoder::{Decoder, FromDeck};
 use super::macros::{deck_choice, deck_table, deck_variants};
 use super::schema::{QuantitySchema, Schema};
-use super::tree::{Node, Value};
+use super::tree::Node;
 use super::units::Dimension;
 use super::values::{
-    Density, Fraction, NotNegative, Number, PoissonRatio as PoissonRatioBound, Positive, Quantity, Stress, decode_pairs,
+    Density, Fraction, NotNegative, Number, PoissonRatio as PoissonRatioBound, Positive, Quantity, Rate, Share,
+    SpecificHeat, Stress, Temperature, decode_pairs,
 };
-use crate::diagnostics::{Diagnostic, listed};
+use crate::diagnostics::{Diagnostic, Span, listed};
 use estar_material::{
-    ElasticConstant, ElasticEnergy, FlowRule, HenckySurface, IsotropicElasticity, IsotropicHardening,
-    KinematicHardening, MaterialModel, ObjectiveRate,
+    AdiabaticHeating, ClosestPoint, EStar, EStarTotal, ElasticConstant, ElasticEnergy, FlowRule, GreenNaghdi, Hencky,
+    IsotropicElasticity, IsotropicHardening, JohnsonCook, JohnsonCookParameters, KinematicHardening, MaterialModel,
+    ObjectiveRate, PlasticMetric,
 };
 
 deck_table! {
@@ -30,6 +32,12 @@ deck_table! {
         shear_modulus: Quantity<Positive<Stress>> = optional,
         /// First Lamé constant λ.
         lame_lambda: Quantity<Stress> = optional,
+        /// Specific heat c; needed by the law `johnson-cook`, whose flow heats.
+        specific_heat: Quantity<Positive<SpecificHeat>> = optional,
+        /// Share of the plastic dissipation that heats, of Taylor and Quinney; 0.9 unless given. For `johnson-cook`.
+        taylor_quinney: Quantity<Share> = optional,
+        /// Temperature at time 0; the law's `reference_temperature` unless given. For `johnson-cook`.
+        initial_temperature: Quantity<NotNegative<Temperature>> = optional,
         /// The theory, with its own keys.
         theory: Theory = flatten,
     }
@@ -45,7 +53,7 @@ deck_variants! {
             /// The yield surface.
             yield_surface: YieldSurface = default("{ kind = 'von-mises' }"),
             /// Isotropic hardening.
-            hardening: IsotropicHardening = required,
+            hardening: HardeningLaw = required,
             /// Kinematic hardening; off unless given. `update = "box-rate"` only.
             kinematic: KinematicHardening = optional,
         }
@@ -53,15 +61,15 @@ deck_variants! {
         GreenNaghdi = "green-naghdi" {
             /// The yield surface.
             yield_surface: YieldSurface = default("{ kind = 'von-mises' }"),
-            /// Isotropic hardening.
-            hardening: IsotropicHardening = required,
+            /// Isotropic hardening; any law but `johnson-cook`.
+            hardening: HardeningLaw = required,
         }
         /// Hencky hyperelasticity (logarithmic strain) with return mapping in principal values; Kirchhoff stress yields.
         Hencky = "hencky" {
             /// The yield surface.
             yield_surface: PrincipalSurface = default("{ kind = 'von-mises' }"),
-            /// Isotropic hardening.
-            hardening: IsotropicHardening = required,
+            /// Isotropic hardening; of the surfaces `von-mises` and `rankine`, the others are perfectly plastic.
+            hardening: HardeningLaw = optional,
         }
         /// Hyperelasticity with a flow rule for the plastic metric C_p, to compare the rules of the literature.
         PlasticMetric = "plastic-metric" {
@@ -71,8 +79,8 @@ deck_variants! {
             energy: ElasticEnergy = default("'hencky'"),
             /// The yield surface.
             yield_surface: YieldSurface = default("{ kind = 'von-mises' }"),
-            /// Isotropic hardening.
-            hardening: IsotropicHardening = required,
+            /// Isotropic hardening; any law but `johnson-cook`.
+            hardening: HardeningLaw = required,
         }
         /// Isotropic elasticity in rate form, without yielding.
         Elastic = "elastic" {
@@ -135,6 +143,22 @@ deck_variants! {
         VonMises = "von-mises" {}
         /// The largest principal stress: materials that break in tension.
         Rankine = "rankine" {}
+        /// A cone through the outer edges of that of Mohr and Coulomb: soils, rock, concrete.
+        DruckerPrager = "drucker-prager" {
+            /// Friction angle, between 0 and 90 deg.
+            friction_angle: Quantity<Positive<Number>> = required,
+            /// Cohesion.
+            cohesion: Quantity<Positive<Stress>> = required,
+            /// Dilatancy angle, from 0 to `friction_angle`; that one, associated flow, unless given.
+            dilatancy_angle: Quantity<NotNegative<Number>> = optional,
+        }
+        /// Shear strength that grows with the pressure: soils, rock. Associated flow.
+        MohrCoulomb = "mohr-coulomb" {
+            /// Friction angle, between 0 and 90 deg.
+            friction_angle: Quantity<Positive<Number>> = required,
+            /// Cohesion.
+            cohesion: Quantity<Positive<Stress>> = required,
+        }
     }
 }
 
@@ -198,6 +222,26 @@ deck_variants! {
             /// A CSV file of `strain,stress` rows in SI units, relative to the deck; a head line is skipped.
             file: String = optional,
         }
+        /// σ = (a + b ε^n) (1 + c ln(rate/reference_rate)) (1 − T^m), T = (temperature − reference_temperature)/(melting_temperature
+        /// − reference_temperature); heated by its own flow, see `specific_heat`. Theories `e-star` and `hencky` (von-mises).
+        JohnsonCook = "johnson-cook" {
+            /// Stress at first yield.
+            a: Quantity<Positive<Stress>> = required,
+            /// Factor of the power of the strain.
+            b: Quantity<NotNegative<Stress>> = required,
+            /// Exponent of the strain.
+            n: Quantity<Fraction> = required,
+            /// Factor of the logarithm of the rate.
+            c: Quantity<NotNegative<Number>> = required,
+            /// Exponent of the temperature.
+            m: Quantity<Positive<Number>> = required,
+            /// Rate of plastic strain below which the rate has no effect.
+            reference_rate: Quantity<Positive<Rate>> = required,
+            /// Temperature below which the temperature has no effect.
+            reference_temperature: Quantity<NotNegative<Temperature>> = required,
+            /// Temperature from which on a millionth of the strength is left.
+            melting_temperature: Quantity<Positive<Temperature>> = required,
+        }
     }
 }
 
@@ -234,33 +278,65 @@ impl FromDeck for TablePoints {
     }
 }
 
-impl FromDeck for IsotropicHardening {
+/// A hardening law of a deck.
+#[derive(Clone, Debug)]
+pub enum HardeningLaw {
+    /// One that knows the plastic strain alone.
+    Isotropic(IsotropicHardening),
+    /// That of Johnson and Cook, not yet heated.
+    JohnsonCook(JohnsonCook),
+}
+
+impl FromDeck for HardeningLaw {
     fn schema() -> Schema {
         HardeningTable::schema()
     }
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        use IsotropicHardening as Law;
         let law = match HardeningTable::decode(node, decoder)? {
-            HardeningTable::Perfect { yield_stress } => Self::perfect(yield_stress.value),
-            HardeningTable::Linear { yield_stress, modulus } => Self::linear(yield_stress.value, modulus.value),
+            HardeningTable::Perfect { yield_stress } => Law::perfect(yield_stress.value),
+            HardeningTable::Linear { yield_stress, modulus } => Law::linear(yield_stress.value, modulus.value),
             HardeningTable::Voce { yield_stress, saturation_stress, saturation_exponent } => {
-                Self::voce(yield_stress.value, saturation_stress.value, saturation_exponent.value)
+                Law::voce(yield_stress.value, saturation_stress.value, saturation_exponent.value)
             }
             HardeningTable::Saturation { yield_stress, saturation_stress, saturation_exponent, modulus } => {
-                Self::saturation(yield_stress.value, saturation_stress.value, saturation_exponent.value, modulus.value)
+                Law::saturation(yield_stress.value, saturation_stress.value, saturation_exponent.value, modulus.value)
             }
             HardeningTable::Ludwik { yield_stress, coefficient, exponent } => {
-                Self::ludwik(yield_stress.value, coefficient.value, exponent.value)
+                Law::ludwik(yield_stress.value, coefficient.value, exponent.value)
             }
             HardeningTable::Swift { coefficient, initial_strain, exponent } => {
-                Self::swift(coefficient.value, initial_strain.value, exponent.value)
+                Law::swift(coefficient.value, initial_strain.value, exponent.value)
             }
             HardeningTable::Tabulated { points, file } => {
                 let points = table(points, file, node, decoder)?;
-                Self::tabulated(&points)
+                Law::tabulated(&points)
+            }
+            HardeningTable::JohnsonCook {
+                a,
+                b,
+                n,
+                c,
+                m,
+                reference_rate,
+                reference_temperature,
+                melting_temperature,
+            } => {
+                let law = JohnsonCook::new(JohnsonCookParameters {
+                    a: a.value,
+                    b: b.value,
+                    n: n.value,
+                    c: c.value,
+                    m: m.value,
+                    reference_rate: reference_rate.value,
+                    reference_temperature: reference_temperature.value,
+                    melting_temperature: melting_temperature.value,
+                });
+                return decoder.parameter(node, law).map(Self::JohnsonCook);
             }
         };
-        decoder.parameter(node, law)
+        decoder.parameter(node, law).map(Self::Isotropic)
     }
 }
 
@@ -274,10 +350,7 @@ fn table(
     match (points, file) {
         (Some(points), None) => Some(points.0),
         (None, Some(file)) => {
-            let span = match &node.value {
-                Value::Table(table) => table.get("file").map_or(node.span, |entry| entry.node.span),
-                _ => node.span,
-            };
+            let span = node.value.entry("file").map_or(node.span, |entry| entry.node.span);
             read_table(&decoder.file(&file))
                 .map_err(|fault| {
                     let message = format!("`{}.file` cannot be used: {fault}", decoder.place());
@@ -336,36 +409,177 @@ impl FromDeck for MaterialModel {
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
         let table = MaterialTable::decode(node, decoder)?;
         let elasticity = elasticity(&table, node, decoder);
-        match table.theory {
-            Theory::Elastic { rate } => Some(Self::hypoelastic(elasticity?, rate)),
+        let mut reader = MaterialReader { node, decoder };
+        reader.check_heating(&table);
+        let elasticity = elasticity?;
+        Some(match &table.theory {
+            Theory::Elastic { rate } => Self::hypoelastic(elasticity, *rate),
             Theory::Hencky { yield_surface, hardening } => {
-                let surface = match yield_surface {
-                    PrincipalSurface::VonMises {} => HenckySurface::VonMises,
-                    PrincipalSurface::Rankine {} => HenckySurface::Rankine,
-                };
-                Some(Self::hencky(elasticity?, hardening, surface))
+                return reader.hencky(&table, elasticity, yield_surface, hardening.as_ref());
             }
             Theory::PlasticMetric { flow_rule, energy, hardening, .. } => {
-                Some(Self::plastic_metric(elasticity?, hardening, energy, flow_rule))
+                PlasticMetric::new(elasticity, reader.isotropic(hardening)?, *energy, *flow_rule).into()
             }
-            Theory::GreenNaghdi { hardening, .. } => Some(Self::green_naghdi(elasticity?, hardening)),
-            Theory::EStar { update: Update::BoxRate, hardening, kinematic, .. } => {
-                Some(Self::e_star_box_rate(elasticity?, hardening, kinematic.unwrap_or(KinematicHardening::NONE)))
+            Theory::GreenNaghdi { hardening, .. } => GreenNaghdi::new(elasticity, reader.isotropic(hardening)?).into(),
+            Theory::EStar { update: Update::BoxRate, hardening, kinematic, .. } => match hardening {
+                HardeningLaw::Isotropic(law) => {
+                    Self::e_star_box_rate(elasticity, law.clone(), kinematic.unwrap_or(KinematicHardening::NONE))
+                }
+                HardeningLaw::JohnsonCook(law) => {
+                    reader.without_kinematic(kinematic.as_ref(), "the law \"johnson-cook\"", "another law")?;
+                    EStar::new(elasticity, reader.heated(law, &table, &elasticity)?, ()).into()
+                }
+            },
+            Theory::EStar { update: Update::Total, hardening, kinematic, .. } => {
+                reader.without_kinematic(kinematic.as_ref(), "the total update", "update = \"box-rate\"")?;
+                match hardening {
+                    HardeningLaw::Isotropic(law) => EStarTotal::new(elasticity, law.clone()).into(),
+                    HardeningLaw::JohnsonCook(law) => {
+                        EStarTotal::new(elasticity, reader.heated(law, &table, &elasticity)?).into()
+                    }
+                }
             }
-            Theory::EStar { update: Update::Total, kinematic: Some(law), .. } if law.is_active() => {
-                let span = match &node.value {
-                    Value::Table(table) => table.get("kinematic").map_or(node.span, |entry| entry.key_span),
-                    _ => node.span,
-                };
-                let message = format!("`{}`: the total update has no kinematic hardening", decoder.place());
-                let diagnostic = Diagnostic::error(message).at(span, "kinematic hardening");
-                decoder.report(diagnostic.help("use update = \"box-rate\", or leave `kinematic` out"));
-                None
-            }
-            Theory::EStar { update: Update::Total, hardening, .. } => Some(Self::e_star_total(elasticity?, hardening)),
+        })
+    }
+}
+
+impl Theory {
+    fn hardening(&self) -> Option<&HardeningLaw> {
+        match self {
+            Self::EStar { hardening, .. }
+            | Self::GreenNaghdi { hardening, .. }
+            | Self::PlasticMetric { hardening, .. } => Some(hardening),
+            Self::Hencky { hardening, .. } => hardening.as_ref(),
+            Self::Elastic { .. } => None,
         }
     }
 }
+
+/// Reads what the keys of a material give together.
+struct MaterialReader<'a> {
+    node: &'a Node,
+    decoder: &'a mut Decoder,
+}
+
+impl MaterialReader<'_> {
+    /// Where a key of the material stands, or the material.
+    fn place_of(&self, key: &str) -> Span {
+        let entry = self.node.value.entry(key);
+        entry.map_or(self.node.span.beginning(), |entry| entry.key_span)
+    }
+
+    fn fault(&mut self, message: &str, key: &str, label: &str, help: &str) {
+        let message = format!("`{}`: {message}", self.decoder.place());
+        let diagnostic = Diagnostic::error(message).at(self.place_of(key), label.to_owned());
+        self.decoder.report(diagnostic.help(help.to_owned()));
+    }
+
+    /// The keys of heating are for a law that heats.
+    fn check_heating(&mut self, table: &MaterialTable) {
+        if let Some(HardeningLaw::JohnsonCook(_)) = table.theory.hardening() {
+            return;
+        }
+        for key in ["specific_heat", "taylor_quinney", "initial_temperature"] {
+            if self.node.value.entry(key).is_some() {
+                let help = "leave it out, or take hardening = { law = \"johnson-cook\", ... }";
+                self.fault(
+                    &format!("`{key}` is of no use: the flow stress knows no temperature"),
+                    key,
+                    "this key",
+                    help,
+                );
+            }
+        }
+    }
+
+    /// A law that knows the plastic strain alone.
+    fn isotropic(&mut self, law: &HardeningLaw) -> Option<IsotropicHardening> {
+        match law {
+            HardeningLaw::Isotropic(law) => Some(law.clone()),
+            HardeningLaw::JohnsonCook(_) => {
+                let message = "this theory has no law that knows rate and temperature";
+                let help =
+                    "the theories e-star and hencky (with the surface von-mises) have it; any other law would do";
+                self.fault(message, "hardening", "johnson-cook", help);
+                None
+            }
+        }
+    }
+
+    /// Nothing, if the centre of the yield surface does not move.
+    fn without_kinematic(&mut self, kinematic: Option<&KinematicHardening>, what: &str, instead: &str) -> Option<()> {
+        if !kinematic.is_some_and(KinematicHardening::is_active) {
+            return Some(());
+        }
+        let help = format!("use {instead}, or leave `kinematic` out");
+        self.fault(&format!("{what} has no kinematic hardening"), "kinematic", "kinematic hardening", &help);
+        None
+    }
+
+    /// The law with the heating that the material gives.
+    fn heated(
+        &mut self,
+        law: &JohnsonCook,
+        table: &MaterialTable,
+        elasticity: &IsotropicElasticity,
+    ) -> Option<JohnsonCook> {
+        let Some(specific_heat) = table.specific_heat else {
+            let help = "such as specific_heat = \"460 J/(kg K)\"; taylor_quinney = 0.0 keeps the temperature as it is";
+            self.fault("the law \"johnson-cook\" heats and needs `specific_heat`", "hardening", "this law", help);
+            return None;
+        };
+        let heating = AdiabaticHeating {
+            specific_heat: specific_heat.value,
+            taylor_quinney: table.taylor_quinney.map_or(TAYLOR_QUINNEY, |share| share.value),
+            initial_temperature: table.initial_temperature.map_or(law.reference_temperature(), |value| value.value),
+        };
+        self.decoder.parameter(self.node, law.clone().with_heating(heating, elasticity))
+    }
+
+    fn hencky(
+        &mut self,
+        table: &MaterialTable,
+        elasticity: IsotropicElasticity,
+        surface: &PrincipalSurface,
+        hardening: Option<&HardeningLaw>,
+    ) -> Option<MaterialModel> {
+        let surface = match surface {
+            PrincipalSurface::VonMises {} | PrincipalSurface::Rankine {} => {
+                let Some(hardening) = hardening else {
+                    let help = "such as hardening = { law = \"perfect\", yield_stress = \"260 MPa\" }";
+                    self.fault("`hardening` is missing", "theory", "this theory needs it", help);
+                    return None;
+                };
+                return Some(match (surface, hardening) {
+                    (PrincipalSurface::VonMises {}, HardeningLaw::JohnsonCook(law)) => {
+                        Hencky::von_mises(elasticity, self.heated(law, table, &elasticity)?).into()
+                    }
+                    (PrincipalSurface::VonMises {}, HardeningLaw::Isotropic(law)) => {
+                        Hencky::von_mises(elasticity, law.clone()).into()
+                    }
+                    (_, law) => Hencky::rankine(elasticity, self.isotropic(law)?).into(),
+                });
+            }
+            PrincipalSurface::DruckerPrager { friction_angle, cohesion, dilatancy_angle } => {
+                let dilatancy_angle = dilatancy_angle.unwrap_or_else(|| Quantity::new(friction_angle.value));
+                ClosestPoint::drucker_prager(elasticity, friction_angle.value, cohesion.value, dilatancy_angle.value)
+            }
+            PrincipalSurface::MohrCoulomb { friction_angle, cohesion } => {
+                ClosestPoint::mohr_coulomb(elasticity, friction_angle.value, cohesion.value)
+            }
+        };
+        if hardening.is_some() {
+            let help = "leave it out: `cohesion` and `friction_angle` say when it yields";
+            self.fault("this yield surface is perfectly plastic", "hardening", "hardening", help);
+            return None;
+        }
+        let node = self.node.value.entry("yield_surface").map_or(self.node, |entry| &entry.node);
+        self.decoder.parameter(node, surface).map(|surface| Hencky::closest_point(surface).into())
+    }
+}
+
+/// The share of the plastic dissipation that heats a metal, unless a deck says otherwise.
+const TAYLOR_QUINNEY: f64 = 0.9;
 
 fn elasticity(table: &MaterialTable, node: &Node, decoder: &mut Decoder) -> Option<IsotropicElasticity> {
     use ElasticConstant::{BulkModulus, LameLambda, PoissonRatio, ShearModulus, YoungModulus};

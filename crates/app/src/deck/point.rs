@@ -124,8 +124,9 @@ impl FromDeck for Column {
                 None => "unknown".to_owned(),
             };
             let message = format!("`{}`: point.csv has no column \"{name}\"", decoder.place());
-            let help = "the columns are time, driven, F11 to F33, the stresses T, R, S and the strains E, Ep, Es (each with \
-                        11 22 33 12 13 23), equivalent_plastic_strain, hardening_index, dissipation, internal_energy, det_Cp";
+            let help = "the columns are time, driven, F11 to F33, the stresses T, R, S and the strains E, Ep, Es, Ed (each \
+                        with 11 22 33 12 13 23), equivalent_plastic_strain, hardening_index, dissipation, internal_energy, \
+                        det_Cp, temperature";
             decoder.report(Diagnostic::error(message).at(node.span, label).help(help));
         }
         found

@@ -92,6 +92,7 @@ deck_choice! { ProbeField {
     "velocity" => ProbeField::Velocity, "of nodes, m/s";
     "cauchy_stress" => ProbeField::CauchyStress, "of hexes, Pa";
     "equivalent_plastic_strain" => ProbeField::EquivalentPlasticStrain, "of hexes";
+    "temperature" => ProbeField::Temperature, "of hexes whose material has one, K";
     "von_mises_stress" => ProbeField::VonMisesStress, "of hexes, Pa";
     "pressure" => ProbeField::Pressure, "of hexes, Pa";
     "volume_ratio" => ProbeField::VolumeRatio, "of hexes";

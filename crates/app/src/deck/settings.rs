@@ -52,6 +52,7 @@ deck_choice! { Field {
     "velocity" => Field::Velocity, "of nodes, m/s";
     "cauchy_stress" => Field::CauchyStress, "mean over the hex: XX YY ZZ XY YZ XZ, Pa";
     "equivalent_plastic_strain" => Field::EquivalentPlasticStrain, "mean over the hex";
+    "temperature" => Field::Temperature, "mean over the hex, K; not a number where the material has none";
     "von_mises_stress" => Field::VonMisesStress, "mean over the hex, Pa";
     "pressure" => Field::Pressure, "minus a third of the stress's trace, mean over the hex, Pa";
     "volume_ratio" => Field::VolumeRatio, "current over first volume, as the material sees it (F-bar)";

@@ -45,6 +45,14 @@ impl Value {
             Self::Table(_) => "a table",
         }
     }
+
+    /// The entry of a key, if this is a table that has it.
+    pub fn entry(&self, key: &str) -> Option<&Entry> {
+        match self {
+            Self::Table(table) => table.get(key),
+            _ => None,
+        }
+    }
 }
 
 /// Keys and values.

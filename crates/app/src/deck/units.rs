@@ -41,12 +41,15 @@ impl Dimension {
     /// rad/s.
     pub const RATE: Self = Self::new(0, 0, -1);
 
+    /// J/(kg K).
+    pub const SPECIFIC_HEAT: Self = Self { length: 2, mass: 0, time: -2, temperature: -1 };
+
     const fn new(length: i8, mass: i8, time: i8) -> Self {
         Self { length, mass, time, temperature: 0 }
     }
 
     /// Name, SI unit and an example of the dimensions that have a name.
-    const NAMED: [(Self, &'static str, &'static str, &'static str); 12] = [
+    const NAMED: [(Self, &'static str, &'static str, &'static str); 13] = [
         (Self::NUMBER, "a pure number", "1", "0.3"),
         (Self::LENGTH, "a length", "m", "32.4 mm"),
         (Self::TIME, "a time", "s", "80 us"),
@@ -59,6 +62,7 @@ impl Dimension {
         (Self::VELOCITY, "a velocity", "m/s", "227 m/s"),
         (Self::ACCELERATION, "an acceleration", "m/s^2", "9.81 m/s^2"),
         (Self::RATE, "a rate", "1/s", "105 rad/s"),
+        (Self::SPECIFIC_HEAT, "a specific heat", "J/(kg K)", "460 J/(kg K)"),
     ];
 
     fn named(self) -> Option<&'static (Self, &'static str, &'static str, &'static str)> {

@@ -48,8 +48,12 @@ measures! {
     Velocity = VELOCITY;
     /// An acceleration, m/s².
     Acceleration = ACCELERATION;
-    /// A rate of rotation, rad/s.
+    /// A rate of rotation or of strain, 1/s.
     Rate = RATE;
+    /// A temperature, K.
+    Temperature = TEMPERATURE;
+    /// A specific heat, J/(kg K).
+    SpecificHeat = SPECIFIC_HEAT;
 }
 
 /// `M`, greater than 0.
@@ -101,12 +105,31 @@ impl Measure for Fraction {
     }
 }
 
+/// A share of a whole: from 0 to 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Share;
+
+impl Measure for Share {
+    const DIMENSION: Dimension = Dimension::NUMBER;
+    const BOUND: Option<&'static str> = Some("from 0 to 1");
+    fn allows(value: f64) -> bool {
+        (0.0..=1.0).contains(&value)
+    }
+}
+
 /// A quantity in SI units.
 #[derive(Clone, Copy, Debug)]
 pub struct Quantity<M> {
     /// The value in SI units.
     pub value: f64,
     measure: PhantomData<M>,
+}
+
+impl<M: Measure> Quantity<M> {
+    /// The quantity of this value in SI units.
+    pub fn new(value: f64) -> Self {
+        Self { value, measure: PhantomData }
+    }
 }
 
 fn quantity_schema<M: Measure>() -> QuantitySchema {
@@ -132,7 +155,7 @@ impl<M: Measure> FromDeck for Quantity<M> {
             decoder.report(diagnostic.at(node.span, format!("this is {:?}", measured.value)));
             return None;
         }
-        Some(Self { value: measured.value, measure: PhantomData })
+        Some(Self::new(measured.value))
     }
 }
 

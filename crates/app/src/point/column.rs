@@ -24,6 +24,8 @@ pub enum Column {
     InternalEnergy,
     /// det C_p.
     PlasticDeterminant,
+    /// Temperature, K.
+    Temperature,
 }
 
 /// A symmetric tensor of point.csv.
@@ -41,17 +43,20 @@ pub enum Quantity {
     PlasticStrain,
     /// Elastic strain E_*.
     ElasticStrain,
+    /// Strain difference E − E_p.
+    StrainDifference,
 }
 
 impl Quantity {
     /// All of them, in the order of the columns.
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 7] = [
         Self::Stress,
         Self::RotatedStress,
         Self::SecondPiolaStress,
         Self::GreenStrain,
         Self::PlasticStrain,
         Self::ElasticStrain,
+        Self::StrainDifference,
     ];
 
     fn is_stress(self) -> bool {
@@ -73,6 +78,8 @@ pub enum Dimension {
     Stress,
     /// Joules per m³.
     EnergyDensity,
+    /// Kelvins.
+    Temperature,
 }
 
 impl Column {
@@ -91,6 +98,7 @@ impl Column {
             Self::Dissipation,
             Self::InternalEnergy,
             Self::PlasticDeterminant,
+            Self::Temperature,
         ];
         let tensors = gradient.chain(Quantity::ALL.into_iter().flat_map(components));
         [Self::Time, Self::Driven].into_iter().chain(tensors).chain(scalars).collect()
@@ -110,6 +118,7 @@ impl Column {
             Quantity::GreenStrain => "E",
             Quantity::PlasticStrain => "Ep",
             Quantity::ElasticStrain => "Es",
+            Quantity::StrainDifference => "Ed",
         };
         match self {
             Self::Time => "time".to_owned(),
@@ -121,6 +130,7 @@ impl Column {
             Self::Dissipation => "dissipation".to_owned(),
             Self::InternalEnergy => "internal_energy".to_owned(),
             Self::PlasticDeterminant => "det_Cp".to_owned(),
+            Self::Temperature => "temperature".to_owned(),
         }
     }
 
@@ -133,12 +143,13 @@ impl Column {
             Self::Gradient(i, j) => seen.deformation_gradient.at(i, j),
             Self::Component(quantity, place) => {
                 let tensor = match quantity {
-                    Quantity::Stress => &seen.stress,
-                    Quantity::RotatedStress => &seen.rotated_stress,
-                    Quantity::SecondPiolaStress => &seen.second_piola_stress,
-                    Quantity::GreenStrain => &seen.green_strain,
-                    Quantity::PlasticStrain => &seen.plastic_strain,
-                    Quantity::ElasticStrain => &seen.elastic_strain,
+                    Quantity::Stress => seen.stress,
+                    Quantity::RotatedStress => seen.rotated_stress,
+                    Quantity::SecondPiolaStress => seen.second_piola_stress,
+                    Quantity::GreenStrain => seen.green_strain,
+                    Quantity::PlasticStrain => seen.plastic_strain,
+                    Quantity::ElasticStrain => seen.elastic_strain,
+                    Quantity::StrainDifference => seen.green_strain - seen.plastic_strain,
                 };
                 tensor.0[COMPONENTS[place].1]
             }
@@ -147,6 +158,7 @@ impl Column {
             Self::Dissipation => seen.plastic_dissipation,
             Self::InternalEnergy => seen.internal_energy,
             Self::PlasticDeterminant => seen.plastic_determinant,
+            Self::Temperature => return seen.temperature,
         })
     }
 
@@ -154,6 +166,7 @@ impl Column {
     pub fn dimension(self) -> Dimension {
         match self {
             Self::Time => Dimension::Time,
+            Self::Temperature => Dimension::Temperature,
             Self::Component(quantity, _) if quantity.is_stress() => Dimension::Stress,
             Self::Dissipation | Self::InternalEnergy => Dimension::EnergyDensity,
             _ => Dimension::Number,
@@ -169,6 +182,7 @@ impl Column {
             Quantity::GreenStrain => ["E_{", "}"],
             Quantity::PlasticStrain => ["E_{p ", "}"],
             Quantity::ElasticStrain => ["E_{* ", "}"],
+            Quantity::StrainDifference => ["(E − E_{p})_{", "}"],
         };
         match self {
             Self::Time => "time".to_owned(),
@@ -183,6 +197,7 @@ impl Column {
             Self::Dissipation => "plastic dissipation".to_owned(),
             Self::InternalEnergy => "work of the stress".to_owned(),
             Self::PlasticDeterminant => "det C_{p}".to_owned(),
+            Self::Temperature => "temperature".to_owned(),
         }
     }
 
@@ -195,6 +210,7 @@ impl Column {
             Self::Component(Quantity::GreenStrain, _) => "Green strain",
             Self::Component(Quantity::PlasticStrain, _) => "plastic strain",
             Self::Component(Quantity::ElasticStrain, _) => "elastic strain",
+            Self::Component(Quantity::StrainDifference, _) => "strain difference",
             Self::Driven => driven.words(),
             _ => return self.symbol(driven),
         };
@@ -244,7 +260,7 @@ mod tests {
         let names: Vec<String> = Column::all().iter().map(|column| column.name()).collect();
         assert_eq!(names[..5], ["time", "driven", "F11", "F12", "F13"]);
         assert_eq!(names[11..17], ["T11", "T22", "T33", "T12", "T13", "T23"]);
-        assert_eq!(names.len(), 2 + 9 + 36 + 5);
+        assert_eq!(names.len(), 2 + 9 + 42 + 6);
         let mut unique = names.clone();
         unique.sort_unstable();
         unique.dedup();

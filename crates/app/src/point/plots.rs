@@ -104,6 +104,7 @@ impl Unit {
     fn for_values(dimension: Dimension, values: &[f64]) -> Self {
         let base = match dimension {
             Dimension::Number => return Self { name: String::new(), size: 1.0 },
+            Dimension::Temperature => return Self { name: "K".to_owned(), size: 1.0 },
             Dimension::Time => return Self { name: "s".to_owned(), size: 1.0 },
             Dimension::Stress => "Pa",
             Dimension::EnergyDensity => "J/m³",

@@ -3,9 +3,13 @@
 // each file of tests uses a part of this
 #![allow(dead_code)]
 
-use estar_material::{ElasticConstant, IsotropicElasticity, IsotropicHardening, KinematicHardening, MaterialModel};
+use estar_material::{
+    AdiabaticHeating, Elastic, ElasticConstant, IsotropicElasticity, IsotropicHardening, JohnsonCook,
+    JohnsonCookParameters, KinematicHardening, MaterialModel,
+};
 use estar_mesh::generate::{BoxSpec, box_mesh};
 use estar_mesh::{ElementLabel, Mesh, NodeLabel};
+use estar_solver::fields::HexMeans;
 use estar_solver::model::{
     Direction, Formulation, InitialVelocity, Load, LoadKind, Part, Prescribed, Quantity, Spin, TimeSettings,
 };
@@ -25,7 +29,7 @@ pub fn steel() -> IsotropicElasticity {
 }
 
 pub fn elastic() -> MaterialModel {
-    MaterialModel::elastic(steel())
+    Elastic::new(steel()).into()
 }
 
 /// Steel that yields at `yield_stress` and hardens linearly.
@@ -119,6 +123,23 @@ pub fn new(mesh: &Mesh, model: Model) -> Simulation {
     Simulation::new(mesh, model, LaneLevel::best()).unwrap()
 }
 
+/// Copper of Johnson and Cook, which its own flow heats, and its specific heat, J/(kg K).
+pub fn heated_copper(elasticity: &IsotropicElasticity) -> (JohnsonCook, f64) {
+    let law = JohnsonCook::new(JohnsonCookParameters {
+        a: 90e6,
+        b: 292e6,
+        n: 0.31,
+        c: 0.025,
+        m: 1.09,
+        reference_rate: 1.0,
+        reference_temperature: 293.0,
+        melting_temperature: 1356.0,
+    });
+    let specific_heat = 383.0;
+    let heating = AdiabaticHeating { specific_heat, taylor_quinney: 0.9, initial_temperature: 300.0 };
+    (law.unwrap().with_heating(heating, elasticity).unwrap(), specific_heat)
+}
+
 /// Runs to the end, in one thread, and shows every state to `visit`.
 pub fn run(simulation: &mut Simulation, mut visit: impl FnMut(&Simulation) + Send) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
@@ -133,7 +154,7 @@ pub fn run(simulation: &mut Simulation, mut visit: impl FnMut(&Simulation) + Sen
 /// Cauchy stress of every hex.
 pub fn stresses(simulation: &Simulation) -> Vec<[f64; 6]> {
     let mut stresses = vec![[0.0; 6]; simulation.hex_count()];
-    simulation.write_means(Some(&mut stresses), None);
+    simulation.write_means(HexMeans { cauchy_stress: Some(&mut stresses), ..HexMeans::default() });
     stresses
 }
 
