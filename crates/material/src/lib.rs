@@ -2,6 +2,11 @@
 //!
 //! A theory implements [`Material`] once, generic over the number; [`point`] drives it along a path without a mesh.
 
+// the page that adds a material is compiled and run as documentation is
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/new-material.md")]
+mod new_material {}
+
 mod closest_point;
 mod consistency;
 mod e_star;

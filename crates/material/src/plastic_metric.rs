@@ -17,7 +17,8 @@
 //! x N for N similar to n_τ is a combination of I, N and N² with the coefficients of n_τ. What a consistent rule keeps,
 //! C_p symmetric and det C_p = 1, is cleared of rounding. The rule of Simo & Hughes keeps no determinant and moves along a
 //! straight line; the Frobenius-normal rule moves C_p out of the symmetric tensors, and the energy sees the symmetric part,
-//! as W̃ = ½ tr(C C_p⁻¹) does by itself.
+//! as W̃ = ½ tr(C C_p⁻¹) does by itself. These two can come where no flow along their direction is admissible any more; the
+//! stress is infinite then, and who leads the point is told.
 //!
 //! Parameters: elasticity, hardening, energy, flow rule. History: C_p⁻¹ with nine components, ε̄ᵖ, and T for the stress power.
 
@@ -125,7 +126,9 @@ point_state!(PlasticMetricState {
 });
 
 /// The state at the end of a step.
-struct Moved<R> {
+struct Moved<R: Real> {
+    yields: R::Mask,
+    /// C_p⁻¹ as the rule has moved it, not cleared of rounding.
     inverse_plastic_metric: Tensor<R>,
     plastic_increment: R,
     kirchhoff: SymmetricTensor<R>,
@@ -189,6 +192,19 @@ impl PlasticMetric {
         }
     }
 
+    /// C_p⁻¹ after a step to `gradient`, as the rule moves it, not cleared of rounding: what the rule keeps by itself.
+    pub fn moved_by_rule(&self, old: &PlasticMetricState<f64>, gradient: &Tensor<f64>) -> Tensor<f64> {
+        self.moved(old, gradient).inverse_plastic_metric
+    }
+
+    #[inline(always)]
+    fn moved<R: Real>(&self, old: &PlasticMetricState<R>, gradient: &Tensor<R>) -> Moved<R> {
+        match self.rule.fault() {
+            None => self.consistent_step(old, gradient),
+            Some(_) => self.inconsistent_step(old, gradient),
+        }
+    }
+
     /// The step of a rule that keeps the principal axes of b_trial = F C_p⁻¹ Fᵀ.
     #[inline(always)]
     fn consistent_step<R: Real>(&self, old: &PlasticMetricState<R>, gradient: &Tensor<R>) -> Moved<R> {
@@ -225,11 +241,10 @@ impl PlasticMetric {
 
         let mut inverse_plastic_metric = metric_old;
         if yields.any() {
-            let moved = self.moved_metric(&metric_old, gradient, &trial, &flow).symmetric_part().to_tensor();
-            let moved = moved * moved.determinant().max(R::splat(f64::MIN_POSITIVE)).cbrt().recip();
+            let moved = self.moved_metric(&metric_old, gradient, &trial, &flow);
             inverse_plastic_metric = select(yields, &moved, &metric_old);
         }
-        Moved { inverse_plastic_metric, plastic_increment, kirchhoff, flow }
+        Moved { yields, inverse_plastic_metric, plastic_increment, kirchhoff, flow }
     }
 
     /// C_p⁻¹ after the flow Δγ n_τ, by the rule's own exponential in its own configuration.
@@ -325,7 +340,8 @@ impl PlasticMetric {
         let is_outside = |p: R| {
             let stress = self.kirchhoff_stress(&in_space(&moved_metric(p)));
             let flow_stress = self.hardening.at(old.equivalent_plastic_strain + p).stress;
-            yields & equivalent_stress(&stress).gt(flow_stress)
+            // what is not a number is not admissible
+            yields & !equivalent_stress(&stress).le(flow_stress)
         };
         let (mut low, mut high) = (zero, trial_equivalent * (3.0 * self.elasticity.shear_modulus()).recip());
         for _ in 0..MOST_DOUBLINGS {
@@ -341,24 +357,30 @@ impl PlasticMetric {
             low = R::select(outside, middle, low);
             high = R::select(outside, high, middle);
         }
-        let plastic_increment = R::select(yields, high, zero);
+        // these two rules can lead where no flow along them is admissible any more: there the stress is infinite
+        let is_lost = is_outside(high);
+        let flows = yields & !is_lost;
+        let plastic_increment = R::select(flows, high, zero);
 
-        let inverse_plastic_metric = select(yields, &moved_metric(plastic_increment), &metric_old);
+        let inverse_plastic_metric = select(flows, &moved_metric(plastic_increment), &metric_old);
         let elastic_metric = in_space(&inverse_plastic_metric);
+        let kirchhoff = self.kirchhoff_stress(&elastic_metric);
+        let nowhere = SymmetricTensor::spherical(R::splat(f64::INFINITY));
         // D_p = −½ sym(L_v b_e b_e⁻¹)
         let lie = (elastic_metric - trial).to_tensor().dot(&elastic_metric.to_tensor().inverse());
         Moved {
+            yields,
             inverse_plastic_metric,
             plastic_increment,
-            kirchhoff: self.kirchhoff_stress(&elastic_metric),
-            flow: (lie.symmetric_part() * R::splat(-0.5)).or_zero(yields),
+            kirchhoff: SymmetricTensor::select(is_lost, &nowhere, &kirchhoff),
+            flow: (lie.symmetric_part() * R::splat(-0.5)).or_zero(flows),
         }
     }
 }
 
 const SQRT_3_HALVES: f64 = 1.224_744_871_391_589;
-/// The bracket of the increment doubles until it holds the root, at most this often.
-const MOST_DOUBLINGS: usize = 20;
+/// The bracket of the increment, at first that of a radial return, doubles until it holds the root, at most this often.
+const MOST_DOUBLINGS: usize = 6;
 /// Halvings of the bracket to the last bit.
 const BISECTIONS: usize = 60;
 
@@ -429,10 +451,12 @@ impl Material for PlasticMetric {
         _: f64,
     ) -> MaterialUpdate<R, PlasticMetricState<R>> {
         let gradient = &motion.deformation_gradient;
-        let moved = match self.rule.fault() {
-            None => self.consistent_step(old, gradient),
-            Some(_) => self.inconsistent_step(old, gradient),
-        };
+        let mut moved = self.moved(old, gradient);
+        if self.rule.fault().is_none() && moved.yields.any() {
+            let symmetric = moved.inverse_plastic_metric.symmetric_part().to_tensor();
+            let cleared = symmetric * symmetric.determinant().max(R::splat(f64::MIN_POSITIVE)).cbrt().recip();
+            moved.inverse_plastic_metric = select(moved.yields, &cleared, &moved.inverse_plastic_metric);
+        }
         let stress = moved.kirchhoff * gradient.determinant().recip();
         let dissipation = stress_power(&old.stress, &stress, &moved.flow);
         MaterialUpdate {

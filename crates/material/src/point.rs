@@ -177,7 +177,10 @@ pub enum PointError {
         jacobian: f64,
     },
     /// A stress is not finite.
-    #[error("the stress is not finite: the deformation or the stiffness is beyond what numbers hold")]
+    #[error(
+        "the stress is not finite: the deformation or the stiffness is beyond what numbers hold, or the flow rule leads to no \
+         admissible stress any more"
+    )]
     NotFinite,
     /// No lateral stretch leaves the lateral stress zero.
     #[error(

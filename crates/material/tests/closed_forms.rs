@@ -130,6 +130,40 @@ fn uniaxial_stress_green_naghdi_gives_the_dissertations_figures() {
     assert!((elastic / (0.0013 / 1.3974) - 1.0).abs() < 1e-8, "{elastic}");
 }
 
+/// A bar of the Green-Naghdi theory is pressed to an eighth of its length: the force on it falls as the length does, and the
+/// work is bounded by σ₀/2 a volume, however far it is pressed. Of the E* theory the force grows and the work has no bound.
+#[test]
+fn a_green_naghdi_bar_is_pressed_to_nothing_by_finite_work() {
+    /// Work per volume and force per area, both undeformed, at stretches that halve.
+    fn pressed<M: Material>(material: &M) -> Vec<[f64; 2]> {
+        let times: Vec<f64> = (0..=3000).map(|step| f64::from(step) * 1e-3).collect();
+        let mut seen = Vec::new();
+        let halving = |t: f64| Control::uniaxial_stress(0.5_f64.powf(t));
+        follow(material, halving, &times, |time, point| {
+            if time.fract() == 0.0 {
+                let gradient = point.deformation_gradient();
+                let force = point.stress().0[0] * gradient.determinant() / gradient.at(0, 0);
+                seen.push([point.internal_energy(), force]);
+            }
+        })
+        .unwrap();
+        seen
+    }
+    let elastic = 0.5 * YIELD * YIELD / YOUNG;
+    for (halvings, [work, force]) in (1..).zip(pressed(&GreenNaghdi::new(solid(), perfect()))) {
+        // S₁₁ = −σ₀, and dW = S₁₁ dE₁₁
+        let stretch = 0.5_f64.powi(halvings);
+        let exact = 0.5 * YIELD * (1.0 - stretch * stretch) - elastic;
+        // half of the stress of the step in which it yields is open
+        assert!((work - exact).abs() < 0.5 * YIELD * 0.001 * 2_f64.ln(), "{halvings}: {work} {exact}");
+        assert!((force / (-YIELD * stretch) - 1.0).abs() < 1e-9, "{halvings}: {force}");
+    }
+    for (halvings, [work, force]) in (1..).zip(pressed(&EStarTotal::new(solid(), perfect()))) {
+        assert!(work > 0.99 * YIELD * f64::from(halvings) * 2_f64.ln(), "{halvings}: {work}");
+        assert!(force < -0.99 * YIELD * 2_f64.powi(halvings), "{halvings}: {force}");
+    }
+}
+
 #[test]
 fn uniaxial_stress_hencky_yields_at_the_kirchhoff_stress() {
     fn claim<S: PrincipalSurface>(strain: f64, point: &MaterialPoint<'_, Hencky<S>>, keeps_volume: bool) {

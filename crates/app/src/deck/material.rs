@@ -479,7 +479,7 @@ impl MaterialReader<'_> {
         if let Some(HardeningLaw::JohnsonCook(_)) = table.theory.hardening() {
             return;
         }
-        for key in ["specific_heat", "taylor_quinney", "initial_temperature"] {
+        for key in HEATING_KEYS {
             if self.node.value.entry(key).is_some() {
                 let help = "leave it out, or take hardening = { law = \"johnson-cook\", ... }";
                 self.fault(
@@ -577,6 +577,9 @@ impl MaterialReader<'_> {
         self.decoder.parameter(node, surface).map(|surface| Hencky::closest_point(surface).into())
     }
 }
+
+/// The keys of a material that a law without temperature has no use for.
+pub const HEATING_KEYS: [&str; 3] = ["specific_heat", "taylor_quinney", "initial_temperature"];
 
 /// The share of the plastic dissipation that heats a metal, unless a deck says otherwise.
 const TAYLOR_QUINNEY: f64 = 0.9;

@@ -2,15 +2,15 @@
 
 use super::decoder::{At, Decoder, FromDeck, ReadKeys};
 use super::macros::{deck_choice, deck_table, deck_variants};
-use super::material::MaterialTable;
+use super::material::{HEATING_KEYS, MaterialTable};
 use super::schema::{Choice, Schema};
-use super::tree::{Node, Table, Value};
+use super::tree::{Entry, Node, Table, Value};
 use super::values::{Count, MaterialName, Materials, Number, Quantity, Time, TimePoints};
 use crate::diagnostics::{Diagnostic, Span, listed, nearest};
 use crate::point::column::Column;
 use crate::point::path::Path;
 use estar_material::point::StretchMeasure;
-use estar_material::{MaterialModel, ObjectiveRate};
+use estar_material::{FlowRule, MaterialModel, ObjectiveRate};
 use estar_tensor::Tensor;
 
 deck_table! {
@@ -33,7 +33,7 @@ deck_table! {
         /// The material; the first of the deck unless given.
         material: MaterialName = optional,
         /// What is compared with it on the same path: other materials of the deck by their names, theories with the parameters
-        /// of the material that they know, and for `theory = "elastic"` objective rates.
+        /// of the material that they know, for `theory = "elastic"` objective rates, for `theory = "plastic-metric"` flow rules.
         compare: Vec<At<String>> = default("[]"),
         /// Objective rate of the elastic material, in place of its own.
         rate: At<ObjectiveRate> = optional,
@@ -288,26 +288,26 @@ fn subjects(deck: &PointDeck, root: &Node, decoder: &mut Decoder) -> Option<Vec<
     };
     let table = table(root, &["material", name])?;
     let theory = text_of(table, "theory")?;
-    let is_elastic = matches!(model, MaterialModel::Elastic(_) | MaterialModel::Hypoelastic(_));
-    let mut own_rate = text_of(table, "rate").unwrap_or("box".to_owned());
+    let siblings = siblings(&theory);
+    let mut own = siblings.as_ref().and_then(|siblings| text_of(table, siblings.key).or(siblings.default.clone()));
     let mut model = model.clone();
     if let Some(rate) = &deck.path.rate {
-        if !is_elastic {
+        if theory != "elastic" {
             let message = format!("`path.rate` is for elastic materials, but `{name}` has the theory \"{theory}\"");
             decoder.report(Diagnostic::error(message).at(rate.span, "a rate").help("leave it out"));
             return None;
         }
-        own_rate = rate_name(rate.value).to_owned();
+        own = Some(rate_name(rate.value).to_owned());
         model = MaterialModel::hypoelastic(model.elasticity(), rate.value);
     }
 
-    let (theories, rates) = (theory_names(), rate_names());
+    let theories = theory_names();
     let mut subjects = vec![Subject { label: name.clone(), prefix: String::new(), model: model.clone() }];
     let mut is_good = true;
     for (index, other) in deck.path.compare.iter().enumerate() {
         let wanted = other.value.as_str();
         let twice = deck.path.compare[..index].iter().any(|earlier| earlier.value == wanted);
-        if twice || wanted == name || (wanted == own_rate && is_elastic) {
+        if twice || wanted == name || own.as_deref() == Some(wanted) {
             let label = if twice { "the second time" } else { "the material of the path itself" };
             let diagnostic = Diagnostic::error(format!("`path.compare` has \"{wanted}\" once too often"));
             decoder.report(diagnostic.at(other.span, label).help("once is enough"));
@@ -319,12 +319,12 @@ fn subjects(deck: &PointDeck, root: &Node, decoder: &mut Decoder) -> Option<Vec<
         } else if theories.contains(&wanted) {
             subjects[0].label = display_name(&theory);
             with_theory(table, wanted, other.span, decoder)
-        } else if rates.contains(&wanted) && is_elastic {
-            subjects[0].label = display_name(&own_rate);
-            let rate = Node { span: other.span, value: Value::Text(wanted.to_owned()) };
-            ObjectiveRate::decode(&rate, decoder).map(|rate| MaterialModel::hypoelastic(model.elasticity(), rate))
+        } else if let Some(siblings) = siblings.as_ref().filter(|siblings| siblings.names.contains(&wanted)) {
+            subjects[0].label = display_name(own.as_deref().unwrap_or_default());
+            with_key(table, siblings.key, wanted, other.span, decoder)
         } else {
-            unknown(other, materials.iter().map(|(name, _)| name.as_str()), is_elastic, decoder);
+            let names = materials.iter().map(|(name, _)| name.as_str()).chain(theories.iter().copied());
+            unknown(other, names.chain(siblings.iter().flat_map(|siblings| siblings.names.iter().copied())), decoder);
             None
         };
         match compared {
@@ -339,11 +339,25 @@ fn subjects(deck: &PointDeck, root: &Node, decoder: &mut Decoder) -> Option<Vec<
     is_good.then_some(subjects)
 }
 
-fn unknown<'a>(other: &At<String>, materials: impl Iterator<Item = &'a str>, is_elastic: bool, decoder: &mut Decoder) {
-    let mut names: Vec<&str> = materials.chain(theory_names()).collect();
-    if is_elastic {
-        names.extend(rate_names());
+/// A key of a theory whose other values can be compared by their names.
+struct Siblings {
+    key: &'static str,
+    default: Option<String>,
+    names: Vec<&'static str>,
+}
+
+fn siblings(theory: &str) -> Option<Siblings> {
+    match theory {
+        "elastic" => {
+            Some(Siblings { key: "rate", default: Some("box".to_owned()), names: names_of::<ObjectiveRate>() })
+        }
+        "plastic-metric" => Some(Siblings { key: "flow_rule", default: None, names: names_of::<FlowRule>() }),
+        _ => None,
     }
+}
+
+fn unknown<'a>(other: &At<String>, names: impl Iterator<Item = &'a str>, decoder: &mut Decoder) {
+    let names: Vec<&str> = names.collect();
     let label = match nearest(&other.value, names.iter().copied()) {
         Some(similar) => format!("did you mean \"{similar}\"?"),
         None => "unknown".to_owned(),
@@ -358,16 +372,18 @@ fn with_theory(table: &Table, theory: &str, span: Span, decoder: &mut Decoder) -
     let cases = schema.variants.iter().flat_map(|variants| &variants.cases);
     let own = cases.filter(|(choice, _)| choice.name == theory).flat_map(|(_, keys)| keys);
     let known: Vec<&str> = schema.keys.iter().chain(own).map(|key| key.name).collect();
-    let mut changed = Table::default();
-    for entry in &table.entries {
-        let mut entry = entry.clone();
-        if entry.key == "theory" {
-            entry.node = Node { span, value: Value::Text(theory.to_owned()) };
-        } else if !known.contains(&entry.key.as_str()) {
-            continue;
-        }
-        changed.entries.push(entry);
-    }
+    // the keys of heating go with the law that heats
+    let is_known = |key: &str| known.contains(&key) && (known.contains(&"hardening") || !HEATING_KEYS.contains(&key));
+    let entries = table.entries.iter().filter(|entry| is_known(&entry.key)).cloned().collect();
+    with_key(&Table { entries }, "theory", theory, span, decoder)
+}
+
+/// The material of a table with another value of a key.
+fn with_key(table: &Table, key: &str, value: &str, span: Span, decoder: &mut Decoder) -> Option<MaterialModel> {
+    let mut changed = table.clone();
+    changed.entries.retain(|entry| entry.key != key);
+    let node = Node { span, value: Value::Text(value.to_owned()) };
+    changed.entries.push(Entry { key: key.to_owned(), key_span: span, node });
     decoder.value("compare", &Node { span, value: Value::Table(changed) })
 }
 
@@ -391,8 +407,9 @@ fn theory_names() -> Vec<&'static str> {
     variants.iter().flat_map(|variants| &variants.cases).map(|(choice, _)| choice.name).collect()
 }
 
-fn rate_names() -> Vec<&'static str> {
-    match ObjectiveRate::schema() {
+/// The names that a key may have.
+fn names_of<T: FromDeck>() -> Vec<&'static str> {
+    match T::schema() {
         Schema::Choice(choices) => choices.iter().map(|choice: &Choice| choice.name).collect(),
         _ => Vec::new(),
     }
@@ -420,6 +437,13 @@ fn display_name(name: &str) -> String {
         "truesdell" => "Truesdell".to_owned(),
         "upper-convected" => "upper convected".to_owned(),
         "lower-convected" => "lower convected".to_owned(),
+        "simo-miehe" => "Simo & Miehe".to_owned(),
+        "miehe" => "Miehe".to_owned(),
+        "lion" => "Lion".to_owned(),
+        "simo-hughes" => "Simo & Hughes".to_owned(),
+        "helm" => "Helm".to_owned(),
+        "grandi-stefanelli" => "Grandi & Stefanelli".to_owned(),
+        "frobenius-normal" => "Frobenius-normal".to_owned(),
         other => other.to_owned(),
     }
 }

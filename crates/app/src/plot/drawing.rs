@@ -59,11 +59,16 @@ impl Drawing {
         self.draw(points.iter().take(1).map(|point| Segment::Move(*point)).chain(later).collect(), ink);
     }
 
+    /// Adds a polygon with these corners.
+    pub fn polygon(&mut self, corners: &[[f64; 2]], ink: Ink) {
+        let later = corners.iter().skip(1).map(|corner| Segment::Line(*corner));
+        let first = corners.iter().take(1).map(|corner| Segment::Move(*corner));
+        self.draw(first.chain(later).chain([Segment::Close]).collect(), ink);
+    }
+
     /// Adds a rectangle between two corners.
     pub fn rectangle(&mut self, [left, top]: [f64; 2], [right, bottom]: [f64; 2], ink: Ink) {
-        let corners = [[right, top], [right, bottom], [left, bottom]].map(Segment::Line);
-        let outline = [Segment::Move([left, top])].into_iter().chain(corners).chain([Segment::Close]);
-        self.draw(outline.collect(), ink);
+        self.polygon(&[[left, top], [right, top], [right, bottom], [left, bottom]], ink);
     }
 
     /// The drawing as SVG.

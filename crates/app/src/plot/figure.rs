@@ -13,27 +13,31 @@ pub struct Figure {
 }
 
 /// Curves over a pair of axes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Panel {
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
+    /// Whether a unit is as long on both axes, as in a picture of a plane.
+    pub is_isometric: bool,
     /// The curves, later ones over earlier ones.
     pub curves: Vec<Curve>,
 }
 
 /// What an axis shows.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Axis {
     /// Its name, with markup.
     pub label: String,
     /// Its unit; none if empty.
     pub unit: String,
+    /// Whether a power of ten has the same length everywhere; values that are not positive do not show then.
+    pub is_logarithmic: bool,
 }
 
-/// A line through points.
-#[derive(Clone, Debug)]
+/// A line through points. One that is not finite breaks it.
+#[derive(Clone, Debug, Default)]
 pub struct Curve {
     /// Its name in the legend, with markup.
     pub label: String,
@@ -43,6 +47,8 @@ pub struct Curve {
     pub dash: usize,
     /// Whether it is broad and pale, so that a curve over it does not hide it.
     pub is_broad: bool,
+    /// Whether its points are marked by dots.
+    pub is_dotted: bool,
     /// Its points.
     pub points: Vec<[f64; 2]>,
 }
@@ -115,15 +121,18 @@ impl Figure {
 
 impl Panel {
     fn draw(&self, drawing: &mut Drawing, [left, top]: [f64; 2]) {
-        let finite = || self.curves.iter().flat_map(|curve| &curve.points).filter(|p| p.iter().all(|c| c.is_finite()));
-        let x = Scale::new(finite().map(|point| point[0]), 0.0, [left + LEFT, left + PANEL[0] - RIGHT]);
+        let points = || self.curves.iter().flat_map(|curve| &curve.points).filter(|p| p.iter().all(|c| c.is_finite()));
+        let x = Scale::new(&self.x, points().map(|point| point[0]), 0.0, [left + LEFT, left + PANEL[0] - RIGHT]);
         let height = [top + PANEL[1] - BOTTOM, top + TOP];
         // room above the curves until the legend has a place
         let mut headroom = 0.0;
         let ((frame, lines), legend) = loop {
-            let y = Scale::new(finite().map(|point| point[1]), headroom, height);
-            let frame = Frame { x: x.clone(), y };
-            let lines: Vec<Vec<[f64; 2]>> = self.curves.iter().map(|curve| frame.line(curve)).collect();
+            let y = Scale::new(&self.y, points().map(|point| point[1]), headroom, height);
+            let mut frame = Frame { x: x.clone(), y };
+            if self.is_isometric {
+                frame.make_isometric();
+            }
+            let lines: Vec<Vec<Vec<[f64; 2]>>> = self.curves.iter().map(|curve| frame.lines(curve)).collect();
             let place = self.legend_place(&frame, &lines);
             if place.is_some() || headroom > MOST_HEADROOM || self.curves.len() < 2 {
                 break ((frame, lines), place);
@@ -131,8 +140,11 @@ impl Panel {
             headroom += 0.1;
         };
         frame.draw(drawing, self);
-        for (curve, line) in self.curves.iter().zip(&lines) {
-            drawing.line(line, pen(curve));
+        for (curve, lines) in self.curves.iter().zip(&lines) {
+            lines.iter().for_each(|line| drawing.line(line, pen(curve)));
+            if curve.is_dotted {
+                frame.places(curve).into_iter().flatten().for_each(|place| draw_dot(drawing, place, curve));
+            }
         }
         if let Some(corner) = legend
             && self.curves.len() > 1
@@ -147,10 +159,10 @@ impl Panel {
     }
 
     /// The corner of a legend that no line crosses: the first that is free, from the right above to the left below.
-    fn legend_place(&self, frame: &Frame, lines: &[Vec<[f64; 2]>]) -> Option<[f64; 2]> {
+    fn legend_place(&self, frame: &Frame, lines: &[Vec<Vec<[f64; 2]>>]) -> Option<[f64; 2]> {
         let [width, height] = self.legend_size();
         let [[left, right], [bottom, top]] = [frame.x.pixels, frame.y.pixels];
-        let points: Vec<[f64; 2]> = lines.iter().flat_map(|line| dense(line)).collect();
+        let points: Vec<[f64; 2]> = lines.iter().flatten().flat_map(|line| dense(line)).collect();
         const PLACES: usize = 12;
         let along = |from: f64, to: f64, index: usize| from + (to - from) * index as f64 / PLACES as f64;
         let is_free = |[x, y]: [f64; 2]| {
@@ -173,11 +185,28 @@ impl Panel {
         for (row, curve) in self.curves.iter().enumerate() {
             let middle = top + ROW * (row as f64 + 0.5);
             drawing.line(&[[left, middle], [left + SAMPLE, middle]], pen(curve));
+            if curve.is_dotted {
+                draw_dot(drawing, [left + 0.5 * SAMPLE, middle], curve);
+            }
             let at = [left + SAMPLE + 6.0, middle + 0.5 * LEGEND_SIZE * CAPITAL_HEIGHT];
             let placement = Placement { at, size: LEGEND_SIZE, anchor: Anchor::Start, upright: false };
             text::write(drawing, &curve.label, placement, INK);
         }
     }
+}
+
+/// Radius of a dot.
+const DOT: f64 = 2.6;
+
+fn draw_dot(drawing: &mut Drawing, [x, y]: [f64; 2], curve: &Curve) {
+    // an octagon of this size looks round
+    let corners: Vec<[f64; 2]> = (0..8)
+        .map(|k| {
+            let (sine, cosine) = (std::f64::consts::TAU * (f64::from(k) + 0.5) / 8.0).sin_cos();
+            [x + DOT * cosine, y + DOT * sine]
+        })
+        .collect();
+    drawing.polygon(&corners, Ink::Fill(COLOURS[curve.colour % COLOURS.len()]));
 }
 
 /// A legend that needs more room than this above the curves, beside their range, has too many rows to be read: it is left out.
@@ -204,11 +233,27 @@ struct Frame {
 }
 
 impl Frame {
-    /// The points of a curve in the drawing, those left out that do not show.
-    fn line(&self, curve: &Curve) -> Vec<[f64; 2]> {
-        let finite = curve.points.iter().filter(|point| point.iter().all(|c| c.is_finite()));
-        let points: Vec<[f64; 2]> = finite.map(|[x, y]| [self.x.place(*x), self.y.place(*y)]).collect();
-        simplified(&points)
+    /// The points of a curve in the drawing, in the pieces that it is broken into.
+    fn places(&self, curve: &Curve) -> Vec<Vec<[f64; 2]>> {
+        let places: Vec<[f64; 2]> = curve.points.iter().map(|[x, y]| [self.x.place(*x), self.y.place(*y)]).collect();
+        let pieces = places.split(|place| !place.iter().all(|c| c.is_finite()));
+        pieces.filter(|piece| !piece.is_empty()).map(<[_]>::to_vec).collect()
+    }
+
+    /// The same, those points left out that do not show.
+    fn lines(&self, curve: &Curve) -> Vec<Vec<[f64; 2]>> {
+        self.places(curve).iter().map(|piece| simplified(piece)).collect()
+    }
+
+    /// Widens one of the scales until a unit is as long on both.
+    fn make_isometric(&mut self) {
+        let unit = |scale: &Scale| (scale.pixels[1] - scale.pixels[0]).abs() / (scale.values[1] - scale.values[0]);
+        let shorter = unit(&self.x).min(unit(&self.y));
+        for scale in [&mut self.x, &mut self.y] {
+            let half = 0.5 * (scale.pixels[1] - scale.pixels[0]).abs() / shorter;
+            let middle = 0.5 * (scale.values[0] + scale.values[1]);
+            scale.values = [middle - half, middle + half];
+        }
     }
 
     fn draw(&self, drawing: &mut Drawing, panel: &Panel) {
@@ -218,6 +263,12 @@ impl Frame {
         };
         let shade = |value: f64| hairline(if value == 0.0 { ZERO } else { GRID });
         let x_ticks = self.x.ticks();
+        for minor in self.x.minor_ticks() {
+            drawing.line(&[[minor, bottom], [minor, bottom + 2.5]], hairline(INK));
+        }
+        for minor in self.y.minor_ticks() {
+            drawing.line(&[[left - 2.5, minor], [left, minor]], hairline(INK));
+        }
         for tick in &x_ticks.values {
             let x = self.x.place(*tick);
             drawing.line(&[[x, bottom], [x, top]], shade(*tick));
@@ -262,15 +313,19 @@ impl Axis {
 /// From values to places in the drawing.
 #[derive(Clone, Debug)]
 struct Scale {
+    /// The ends: values, or their logarithms to the base 10.
     values: [f64; 2],
     pixels: [f64; 2],
+    is_logarithmic: bool,
 }
 
 impl Scale {
     /// The scale that shows all values. Vertical scales (those that run upwards) leave a little room at both ends, and at
     /// their upper end so much more of the range.
-    fn new(values: impl Iterator<Item = f64>, headroom: f64, pixels: [f64; 2]) -> Self {
-        let range = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+    fn new(axis: &Axis, values: impl Iterator<Item = f64>, headroom: f64, pixels: [f64; 2]) -> Self {
+        let is_logarithmic = axis.is_logarithmic;
+        let shown = values.map(|value| if is_logarithmic { value.log10() } else { value }).filter(|v| v.is_finite());
+        let range = shown.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
         let [mut low, mut high] = if range[0] <= range[1] { range } else { [0.0, 1.0] };
         let magnitude = low.abs().max(high.abs());
         // what is constant but for rounding is shown as constant
@@ -280,12 +335,25 @@ impl Scale {
         }
         let range = high - low;
         let room = if pixels[1] < pixels[0] { 0.05 * range } else { 0.0 };
-        Self { values: [low - room, high + room + headroom * range], pixels }
+        Self { values: [low - room, high + room + headroom * range], pixels, is_logarithmic }
     }
 
+    /// The place of a value; not a number for one that has none.
     fn place(&self, value: f64) -> f64 {
+        let value = if self.is_logarithmic { value.log10() } else { value };
         let ([low, high], [from, to]) = (self.values, self.pixels);
         from + (to - from) * ((value - low) / (high - low))
+    }
+
+    /// Places between the labels of a logarithmic scale.
+    fn minor_ticks(&self) -> Vec<f64> {
+        if !self.is_logarithmic {
+            return Vec::new();
+        }
+        let [low, high] = self.values;
+        let decades = low.floor() as i32..=high.floor() as i32;
+        let digits = decades.flat_map(|decade| (2..=9).map(move |digit| f64::from(digit) * 10_f64.powi(decade)));
+        digits.filter(|value| (low..=high).contains(&value.log10())).map(|value| self.place(value)).collect()
     }
 
     /// Round values, as many as their labels have room for.
@@ -294,6 +362,12 @@ impl Scale {
         let length = self.pixels[1] - self.pixels[0];
         // the labels of a vertical axis stand closer
         let most = (length.abs() / if length > 0.0 { 55.0 } else { 42.0 }).max(2.0);
+        if self.is_logarithmic {
+            let step = ((high - low) / most).ceil().max(1.0) as i32;
+            let first = (low / f64::from(step) - 1e-9).ceil() as i32 * step;
+            let decades = (first..).step_by(step as usize).take_while(|decade| f64::from(*decade) <= high + 1e-9);
+            return Ticks { values: decades.map(|decade| 10_f64.powi(decade)).collect(), power: 0, decimals: None };
+        }
         let raw = (high - low) / most;
         let decade = 10_f64.powf(raw.log10().floor());
         let step = [1.0, 2.0, 5.0].map(|digit| digit * decade).into_iter().find(|step| *step >= raw);
@@ -306,7 +380,7 @@ impl Scale {
         Ticks {
             values: (first..=last).map(|count| count as f64 * step).collect(),
             power,
-            decimals: (power - step_exponent).max(0) as usize,
+            decimals: Some((power - step_exponent).max(0) as usize),
         }
     }
 }
@@ -316,12 +390,16 @@ struct Ticks {
     values: Vec<f64>,
     /// The power of ten that the labels leave out.
     power: i32,
-    decimals: usize,
+    /// None where the values are powers of ten.
+    decimals: Option<usize>,
 }
 
 impl Ticks {
     fn text(&self, value: f64) -> String {
-        let text = format!("{:.*}", self.decimals, value / 10_f64.powi(self.power));
+        let text = match self.decimals {
+            Some(decimals) => format!("{:.*}", decimals, value / 10_f64.powi(self.power)),
+            None => format!("10^{{{}}}", value.log10().round()),
+        };
         text.replace('-', "−")
     }
 }
@@ -359,7 +437,7 @@ mod tests {
     use super::*;
 
     fn ticks(low: f64, high: f64) -> (Vec<String>, i32) {
-        let ticks = Scale { values: [low, high], pixels: [0.0, 330.0] }.ticks();
+        let ticks = Scale { values: [low, high], pixels: [0.0, 330.0], is_logarithmic: false }.ticks();
         (ticks.values.iter().map(|value| ticks.text(*value)).collect(), ticks.power)
     }
 
@@ -385,19 +463,39 @@ mod tests {
     }
 
     #[test]
+    fn powers_of_ten_have_the_same_distance_on_a_logarithmic_axis() {
+        let axis = Axis { is_logarithmic: true, ..Axis::default() };
+        let scale = Scale::new(&axis, [1e-3, 1e-1, 10.0, 0.0, -1.0].into_iter(), 0.0, [0.0, 400.0]);
+        assert_eq!([1e-3, 1e-2, 0.1, 10.0].map(|value| scale.place(value).round()), [0.0, 100.0, 200.0, 400.0]);
+        assert!(!scale.place(0.0).is_finite() && !scale.place(-1.0).is_finite());
+        let ticks = scale.ticks();
+        let labels: Vec<String> = ticks.values.iter().map(|value| ticks.text(*value)).collect();
+        assert_eq!(labels, ["10^{−3}", "10^{−2}", "10^{−1}", "10^{0}", "10^{1}"]);
+        assert_eq!(scale.minor_ticks().len(), 4 * 8);
+    }
+
+    #[test]
+    fn a_point_that_is_no_number_breaks_a_line() {
+        let points = vec![[0.0, 0.0], [1.0, 1.0], [f64::NAN, 0.0], [2.0, 0.0], [3.0, 1.0]];
+        let curve = Curve { points, ..Curve::default() };
+        let scale = |axis: &Axis| Scale::new(axis, [0.0, 3.0].into_iter(), 0.0, [0.0, 30.0]);
+        let frame = Frame { x: scale(&Axis::default()), y: scale(&Axis::default()) };
+        assert_eq!(frame.lines(&curve), [[[0.0, 0.0], [10.0, 10.0]], [[20.0, 0.0], [30.0, 10.0]]]);
+    }
+
+    #[test]
     fn no_curve_crosses_the_legend() {
         let curve = |shift: f64| Curve {
             label: "a curve with a name".to_owned(),
-            colour: 0,
-            dash: 0,
-            is_broad: false,
             points: (0..=400).map(|k| [f64::from(k), (0.1 * f64::from(k)).sin() + shift]).collect(),
+            ..Curve::default()
         };
-        let axis = || Axis { label: "x".to_owned(), unit: "MPa".to_owned() };
-        let panel = Panel { x: axis(), y: axis(), curves: vec![curve(0.0), curve(0.5), curve(1.0)] };
-        let scale = |headroom| Scale::new([-1.0, 2.0].into_iter(), headroom, [300.0, 0.0]);
-        let lines = |frame: &Frame| -> Vec<_> { panel.curves.iter().map(|curve| frame.line(curve)).collect() };
-        let x = Scale::new([0.0, 400.0].into_iter(), 0.0, [0.0, 400.0]);
+        let axis = || Axis { label: "x".to_owned(), unit: "MPa".to_owned(), ..Axis::default() };
+        let curves = vec![curve(0.0), curve(0.5), curve(1.0)];
+        let panel = Panel { x: axis(), y: axis(), curves, ..Panel::default() };
+        let scale = |headroom| Scale::new(&axis(), [-1.0, 2.0].into_iter(), headroom, [300.0, 0.0]);
+        let lines = |frame: &Frame| -> Vec<_> { panel.curves.iter().map(|curve| frame.lines(curve)).collect() };
+        let x = Scale::new(&axis(), [0.0, 400.0].into_iter(), 0.0, [0.0, 400.0]);
         let full = Frame { x: x.clone(), y: scale(0.0) };
         assert_eq!(panel.legend_place(&full, &lines(&full)), None);
         let roomy = Frame { x, y: scale(0.5) };
@@ -408,14 +506,24 @@ mod tests {
 
     #[test]
     fn curves_without_points_range_or_finite_values_are_drawn() {
-        let axis = || Axis { label: "T_{11}".to_owned(), unit: String::new() };
+        let axis = |is_logarithmic| Axis { label: "T_{11}".to_owned(), is_logarithmic, ..Axis::default() };
         for points in
             [vec![], vec![[1.0, 1.0]], vec![[0.0, f64::NAN], [f64::INFINITY, 1.0]], vec![[0.0, 1e300], [1.0, -1e300]]]
         {
-            let curve = Curve { label: "T".to_owned(), colour: 9, dash: 9, is_broad: true, points };
-            let panel = Panel { x: axis(), y: axis(), curves: vec![curve] };
-            let figure = Figure { title: "x".repeat(500), panels: vec![panel.clone(), panel.clone(), panel] };
-            assert!(figure.drawing().png(1.0).is_some());
+            for is_logarithmic in [false, true] {
+                let curve = Curve {
+                    label: "T".to_owned(),
+                    colour: 9,
+                    dash: 9,
+                    is_broad: true,
+                    is_dotted: true,
+                    points: points.clone(),
+                };
+                let (x, y) = (axis(is_logarithmic), axis(is_logarithmic));
+                let panel = Panel { x, y, is_isometric: true, curves: vec![curve] };
+                let figure = Figure { title: "x".repeat(500), panels: vec![panel.clone(), panel.clone(), panel] };
+                assert!(figure.drawing().png(1.0).is_some());
+            }
         }
         assert!(Figure { title: String::new(), panels: Vec::new() }.drawing().svg().contains("<svg"));
     }

@@ -14,7 +14,7 @@ use crate::output::default_directory;
 use column::Column;
 use estar_io::{AtomicFile, Value, write_atomically};
 use estar_material::point::{MaterialPoint, Observation, PathError, follow};
-use estar_material::{Material, MaterialVisitor};
+use estar_material::{Consistency, Material, MaterialModel, MaterialVisitor};
 use path::Path;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -58,7 +58,8 @@ pub fn point(options: &PointOptions) -> Result<(), Failure> {
         let written = content.ok_or_else(too_large).and_then(|content| write_atomically(&path, &content));
         written.map_err(Failure::writing(&path))?;
     }
-    print(&account(&problem, &journeys, &directory))?;
+    let verdict = verdict(&problem);
+    print(&(account(&problem, &journeys) + &verdict + &format!("\n  written    {}", directory.display())))?;
 
     let troubles: Vec<String> = problem.subjects.iter().zip(&journeys).filter_map(trouble).collect();
     if troubles.is_empty() { Ok(()) } else { Err(Failure::Simulation(troubles.join("\n"))) }
@@ -158,7 +159,7 @@ fn write_table(path: &std::path::Path, problem: &PointProblem, journeys: &[Journ
 }
 
 /// What came of it, in a few lines.
-fn account(problem: &PointProblem, journeys: &[Journey], directory: &std::path::Path) -> String {
+fn account(problem: &PointProblem, journeys: &[Journey]) -> String {
     let mut text = format!("Estar {}", env!("CARGO_PKG_VERSION"));
     if !problem.title.is_empty() {
         text.push_str(&format!(": {}", problem.title.replace(char::is_control, " ")));
@@ -180,5 +181,32 @@ fn account(problem: &PointProblem, journeys: &[Journey], directory: &std::path::
             seen.equivalent_plastic_strain
         ));
     }
-    text + &format!("\n  written    {}", directory.display())
+    text
+}
+
+/// What the flow rules for the plastic metric keep along the path, each judged by its own figures.
+fn verdict(problem: &PointProblem) -> String {
+    let mut text = String::new();
+    for subject in &problem.subjects {
+        let MaterialModel::PlasticMetric(material) = &subject.model else { continue };
+        let path = &problem.path;
+        let Ok(found) = Consistency::along(material, |time| path.control(time), &path.times) else { continue };
+        if text.is_empty() {
+            text.push_str(&format!(
+                "\n  {:<20} {:>11} {:>11} {:>11} {:>11} {:>11}",
+                "plastic metric", "dissipation", "det C_p - 1", "asymmetry", "least value", "Simo-Miehe"
+            ));
+        }
+        let is_consistent = if found.is_consistent() { "consistent" } else { "not consistent" };
+        text.push_str(&format!(
+            "\n  {:<20} {:>11.3e} {:>11.1e} {:>11.1e} {:>11.6} {:>11.1e}  {is_consistent}",
+            subject.label,
+            found.least_dissipation,
+            found.determinant_drift,
+            found.asymmetry,
+            found.least_principal_value,
+            found.distance_from_simo_miehe,
+        ));
+    }
+    text
 }

@@ -86,11 +86,17 @@ fn panel(x: Column, y: &[Column], problem: &PointProblem, journeys: &[Journey]) 
                 colour,
                 dash,
                 is_broad,
+                is_dotted: false,
                 points: journey.rows.iter().filter_map(point).collect(),
             });
         }
     }
-    Panel { x: Axis { label: x.title(driven), unit: x_unit.name }, y: Axis { label, unit: y_unit.name }, curves }
+    Panel {
+        x: Axis { label: x.title(driven), unit: x_unit.name, is_logarithmic: false },
+        y: Axis { label, unit: y_unit.name, is_logarithmic: false },
+        is_isometric: false,
+        curves,
+    }
 }
 
 /// A unit in which the numbers of an axis are easy to read.
