@@ -205,7 +205,9 @@ impl<K: KinematicRule, H: Hardening> Material for EStar<K, H> {
         let dissipation = stress_power(&driving_stress_old, &driving_stress_new, &returned.stress_correction)
             * (0.5 / self.elasticity.shear_modulus());
         let dissipation = dissipation.max(R::splat(0.0));
-        let jacobian = (mean * bulk_modulus.recip()).exp();
+        // small elastic strain: beyond this the stress has no meaning either
+        let one = R::splat(1.0);
+        let jacobian = (mean * bulk_modulus.recip()).min(one).max(-one).exp();
 
         MaterialUpdate {
             state: EStarState {

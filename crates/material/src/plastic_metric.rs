@@ -397,7 +397,7 @@ fn exponential<R: Real>(x: R, normal: &Tensor<R>, determinant: R) -> Tensor<R> {
 fn triangular_root<R: Real>(a: &SymmetricTensor<R>) -> Tensor<R> {
     let [xx, yy, zz, xy, yz, xz] = a.0;
     let zero = R::splat(0.0);
-    let least = R::splat(f64::MIN_POSITIVE);
+    let least = lost_in_rounding(a.trace());
     let l11 = xx.max(least).sqrt();
     let (l21, l31) = (xy / l11, xz / l11);
     let l22 = (yy - l21 * l21).max(least).sqrt();
@@ -406,11 +406,18 @@ fn triangular_root<R: Real>(a: &SymmetricTensor<R>) -> Tensor<R> {
     Tensor { columns: [Vector3([l11, l21, l31]), Vector3([zero, l22, l32]), Vector3([zero, zero, l33])] }
 }
 
+/// A principal value below it, beside the `largest`, is rounding, whatever its sign.
+#[inline(always)]
+fn lost_in_rounding<R: Real>(largest: R) -> R {
+    (largest * f64::EPSILON).max(R::splat(f64::MIN_POSITIVE))
+}
+
 /// The symmetric B with B² = A.
 #[inline(always)]
 fn square_root<R: Real>(a: &SymmetricTensor<R>) -> Tensor<R> {
     let system = a.eigensystem();
-    let roots = array(|i| system.values[i].max(R::splat(f64::MIN_POSITIVE)).sqrt());
+    let least = lost_in_rounding(system.values[0]);
+    let roots = array(|i| system.values[i].max(least).sqrt());
     SymmetricTensor::diagonal(roots).pushed_by(&system.vectors).to_tensor()
 }
 
@@ -454,8 +461,11 @@ impl Material for PlasticMetric {
         let mut moved = self.moved(old, gradient);
         if self.rule.fault().is_none() && moved.yields.any() {
             let symmetric = moved.inverse_plastic_metric.symmetric_part().to_tensor();
-            let cleared = symmetric * symmetric.determinant().max(R::splat(f64::MIN_POSITIVE)).cbrt().recip();
-            moved.inverse_plastic_metric = select(moved.yields, &cleared, &moved.inverse_plastic_metric);
+            // where the determinant is no rounding of 1, stretches of many decades have eaten all digits: C_p stays
+            let determinant = symmetric.determinant();
+            let is_rounding = determinant.gt(R::splat(0.5)) & determinant.lt(R::splat(2.0));
+            let cleared = symmetric * R::select(is_rounding, determinant, R::splat(1.0)).cbrt().recip();
+            moved.inverse_plastic_metric = select(moved.yields & is_rounding, &cleared, &old.inverse_plastic_metric);
         }
         let stress = moved.kirchhoff * gradient.determinant().recip();
         let dissipation = stress_power(&old.stress, &stress, &moved.flow);

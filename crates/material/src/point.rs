@@ -319,8 +319,7 @@ impl<'a, M: Material> MaterialPoint<'a, M> {
             // S = J F⁻¹ T F⁻ᵀ
             second_piola_stress: self.stress.pushed_by(&inverse) * gradient.determinant(),
             green_strain: strain(&right_metric),
-            plastic_strain: factors.plastic_strain(),
-            elastic_strain: factors.elastic_strain(),
+            factors,
             equivalent_plastic_strain: self.equivalent_plastic_strain(),
             hardening_index: self.material.hardening_index(&self.state),
             temperature: self.material.temperature(&self.state),
@@ -344,10 +343,8 @@ pub struct Observation {
     pub second_piola_stress: SymmetricTensor<f64>,
     /// Green strain E = ½ (C − I).
     pub green_strain: SymmetricTensor<f64>,
-    /// E_p = ½ (C_p − I).
-    pub plastic_strain: SymmetricTensor<f64>,
-    /// E_* = U_p⁻¹ (E − E_p) U_p⁻¹.
-    pub elastic_strain: SymmetricTensor<f64>,
+    /// F = R_* U_* U_p, from which E_p and E_* follow.
+    pub factors: Factors,
     /// ε̄ᵖ.
     pub equivalent_plastic_strain: f64,
     /// Φ, where the material can flow.

@@ -2,7 +2,7 @@
 //!
 //! Loading: paths of deformation gradients at one material point. Source: the principles themselves, no reference values.
 
-use estar_material::point::{MaterialPoint, drive};
+use estar_material::point::{Control, MaterialPoint, PointError, drive};
 use estar_material::{
     AdiabaticHeating, ClosestPoint, EStar, EStarTotal, Elastic, ElasticConstant, ElasticEnergy, FlowRule, FlowStart,
     GreenNaghdi, Hardening, Hencky, Hypoelastic, IsotropicElasticity, IsotropicHardening, JohnsonCook,
@@ -31,6 +31,7 @@ macro_rules! properties {
             a_history_survives_being_taken_apart,
             same_inputs_give_same_outputs,
             random_paths_stay_finite,
+            wild_paths_are_followed_or_refused,
         })+
     };
     (@claims $name:ident, $subject:expr; $($claim:ident),+ $(,)?) => {
@@ -93,6 +94,7 @@ macro_rules! convected {
             a_history_survives_being_taken_apart,
             same_inputs_give_same_outputs,
             random_paths_stay_finite,
+            wild_paths_are_followed_or_refused,
         })+
     };
 }
@@ -122,6 +124,7 @@ macro_rules! surfaces {
             a_history_survives_being_taken_apart,
             same_inputs_give_same_outputs,
             random_paths_stay_finite,
+            wild_paths_are_followed_or_refused,
         })+
     };
 }
@@ -620,6 +623,44 @@ mod claims {
                 let mut finite = true;
                 point.state().for_each(|number: f64| finite &= number.is_finite());
                 prop_assert!(finite);
+            }
+            Ok(())
+        });
+        outcome.unwrap();
+    }
+
+    pub fn wild_paths_are_followed_or_refused<M: Material>(subject: &Subject<M>) {
+        // F = R₁ diag(10^a) R₂ jumps by any rotation and by stretches of four decades
+        let turn = || (prop::array::uniform3(-1.0..1.0_f64), -3.1..3.1_f64);
+        let targets = prop::collection::vec((turn(), prop::array::uniform3(-2.0..2.0_f64), turn()), 1..6);
+        let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig {
+            cases: 128,
+            failure_persistence: None,
+            ..ProptestConfig::default()
+        });
+        let outcome = runner.run(&targets, |targets| {
+            let mut point = MaterialPoint::new(&subject.material);
+            for ((axis, angle), decades, (other_axis, other_angle)) in targets {
+                let turned = |axis: [f64; 3], angle| Rotation::<f64>::about(axis.map(|c| c + 1e-3), angle).to_tensor();
+                let stretch = SymmetricTensor::diagonal(decades.map(|decade| 10_f64.powf(decade))).to_tensor();
+                let target = turned(axis, angle).dot(&stretch).dot(&turned(other_axis, other_angle));
+                let before = *point.deformation_gradient();
+                match point.follow(&Control::deformation_gradient(target), 1e-6) {
+                    Ok(()) => {
+                        let mut finite = point.stress().norm_squared().is_finite();
+                        finite &= point.internal_energy().is_finite() && point.plastic_dissipation().is_finite();
+                        point.state().for_each(|number: f64| finite &= number.is_finite());
+                        prop_assert!(finite);
+                    }
+                    // half way in a straight line there may be no body
+                    Err(error) => {
+                        prop_assert!(matches!(error, PointError::StepTooLarge { .. }), "{error}");
+                        prop_assert!(*point.deformation_gradient() == before);
+                    }
+                }
+                let inverted = target.dot(&SymmetricTensor::diagonal([1.0, 1.0, -1.0]).to_tensor());
+                let refused = point.follow(&Control::deformation_gradient(inverted), 1e-6);
+                prop_assert!(matches!(refused, Err(PointError::Inverted { .. })), "{refused:?}");
             }
             Ok(())
         });

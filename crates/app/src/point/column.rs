@@ -147,9 +147,9 @@ impl Column {
                     Quantity::RotatedStress => seen.rotated_stress,
                     Quantity::SecondPiolaStress => seen.second_piola_stress,
                     Quantity::GreenStrain => seen.green_strain,
-                    Quantity::PlasticStrain => seen.plastic_strain,
-                    Quantity::ElasticStrain => seen.elastic_strain,
-                    Quantity::StrainDifference => seen.green_strain - seen.plastic_strain,
+                    Quantity::PlasticStrain => seen.factors.plastic_strain(),
+                    Quantity::ElasticStrain => seen.factors.elastic_strain(),
+                    Quantity::StrainDifference => seen.green_strain - seen.factors.plastic_strain(),
                 };
                 tensor.0[COMPONENTS[place].1]
             }
