@@ -4,7 +4,7 @@
 //! Measured on all cores: a box of 100 × 100 × 100 hexes in a binary Gmsh file in the system's cache, E* in the box-rate
 //! update, F-bar, every field in the frames. Not measured: the disk, which frames reach on a thread of their own.
 
-use estar::frames::FrameWriter;
+use estar::frames::{EarlierFrames, FrameWriter};
 use estar::run::machine;
 use estar::setup;
 use std::path::Path;
@@ -62,15 +62,16 @@ fn measure(deck: &Path, folder: &Path, lanes: estar_solver::LaneLevel) {
     row("and set up, with the forces of t = 0", seconds(set_up), "3 s");
     row("memory then", per_hex("VmRSS:"), "");
 
-    let parts = &problem.model.parts;
-    let mut frames = FrameWriter::start(folder, &problem.mesh, parts, &problem.output.fields).expect("a folder");
+    let (parts, fields) = (&problem.model.parts, &problem.output.fields);
+    let frames = FrameWriter::start(folder, &problem.mesh, parts, fields, EarlierFrames::default());
+    let mut frames = frames.expect("a folder");
     for frame in 1..=3 {
         let begun = Instant::now();
         frames.write(&simulation).expect("room for frames");
         row(&format!("frame {frame} taken from the loop"), milliseconds(begun.elapsed()), "50 ms");
         // the writer is done before the steps are timed
         if frame < 3 {
-            std::thread::sleep(Duration::from_secs(2));
+            frames.sync().expect("room for frames");
         }
         simulation.advance().expect("a sound run");
     }

@@ -73,6 +73,12 @@ struct RunArguments {
     /// Overwrite results that are in the directory
     #[arg(long)]
     force: bool,
+    /// Go on from the newest checkpoint in the directory that is whole
+    #[arg(long, conflicts_with = "force")]
+    resume: bool,
+    /// Write a checkpoint at this step and stop there
+    #[arg(long, value_name = "N")]
+    stop_at_step: Option<u64>,
 }
 
 #[derive(Debug, Args)]
@@ -178,6 +184,8 @@ fn execute(command: Command) -> Result<(), Failure> {
             lanes: arguments.deck.lanes,
             is_quiet: arguments.quiet,
             force: arguments.force,
+            resume: arguments.resume,
+            stop_at_step: arguments.stop_at_step,
         }),
         Command::Check(arguments) => check(&CheckOptions {
             deck: arguments.deck.deck,

@@ -1,7 +1,7 @@
 //! What is printed, and kept in `estar.log`.
 
 use crate::failure::Failure;
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
@@ -36,13 +36,15 @@ impl Console {
         Self { is_quiet, log: None }
     }
 
-    /// Begins the log in a directory.
+    /// Begins the log in a directory, or goes on with the one that is there.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn log_into(&mut self, directory: &Path) -> Result<(), Failure> {
+    pub fn log_into(&mut self, directory: &Path, goes_on: bool) -> Result<(), Failure> {
         let path = directory.join("estar.log");
-        self.log = Some(File::create(&path).map_err(Failure::writing(&path))?);
+        let mut options = OpenOptions::new();
+        let options = if goes_on { options.append(true) } else { options.write(true).truncate(true) };
+        self.log = Some(options.create(true).open(&path).map_err(Failure::writing(&path))?);
         Ok(())
     }
 

@@ -27,10 +27,27 @@ const CHUNK: usize = 4096;
 #[derive(Debug)]
 pub struct FrameWriter {
     fields: Vec<Field>,
-    sender: Option<Sender<Numbers>>,
+    sender: Option<Sender<Order>>,
     returned: Receiver<Numbers>,
     thread: Option<JoinHandle<Result<usize, Failure>>>,
-    last_step: Option<u64>,
+    written: EarlierFrames,
+}
+
+/// Frames that have been handed over.
+#[derive(Clone, Debug, Default)]
+pub struct EarlierFrames {
+    /// Their times, s.
+    pub times: Vec<f64>,
+    /// Step of the last.
+    pub last_step: Option<u64>,
+}
+
+/// What the thread is to do; it gives the buffer back when it has done so.
+enum Order {
+    /// Write a frame.
+    Write(Numbers),
+    /// Put the frames so far on the disk.
+    Sync(Numbers),
 }
 
 /// What a frame takes from the loop; a field that nobody asked for stays empty.
@@ -45,13 +62,23 @@ struct Numbers {
 }
 
 impl FrameWriter {
-    /// Starts the thread.
+    /// Starts the thread, for frames that follow the `earlier` ones.
     ///
     /// # Errors
-    /// The directory cannot be written to.
-    pub fn start(directory: &Path, mesh: &Mesh, parts: &[Part], fields: &[Field]) -> Result<Self, Failure> {
+    /// The directory cannot be written to, or lacks one of these frames.
+    pub fn start(
+        directory: &Path,
+        mesh: &Mesh,
+        parts: &[Part],
+        fields: &[Field],
+        earlier: EarlierFrames,
+    ) -> Result<Self, Failure> {
         let failure = |error: WriteError| Failure::File(format!("error: {error}"));
-        let mut writer = ResultWriter::create(directory).map_err(failure)?;
+        let mut writer = if earlier.times.is_empty() {
+            ResultWriter::create(directory).map_err(failure)?
+        } else {
+            ResultWriter::resume(directory, earlier.times.clone()).map_err(failure)?
+        };
         let mut part_of_hex = vec![0; mesh.hex_count()];
         for (number, part) in parts.iter().enumerate() {
             for hex in &part.hexes {
@@ -62,7 +89,7 @@ impl FrameWriter {
         let threads = rayon::current_num_threads().div_ceil(SHARE_OF_THREADS);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|error| Failure::File(format!("error: no threads for the frames: {error}")))?;
-        let (sender, frames) = channel::<Numbers>();
+        let (sender, orders) = channel::<Order>();
         let (give_back, returned) = channel();
         let (mesh, wanted) = (mesh.clone(), fields.to_vec());
         let write_all = move || {
@@ -70,17 +97,25 @@ impl FrameWriter {
             let _ = give_back.send(Numbers::default());
             let grid = pool.install(|| grid(&mesh, &part_of_hex)).map_err(failure)?;
             drop(part_of_hex);
-            let mut count = 0;
-            for numbers in frames {
-                pool.install(|| numbers.write(&mut writer, &grid, &mesh, &wanted)).map_err(failure)?;
-                count += 1;
+            for order in orders {
+                let numbers = match order {
+                    Order::Write(numbers) => {
+                        pool.install(|| numbers.write(&mut writer, &grid, &mesh, &wanted)).map_err(failure)?;
+                        numbers
+                    }
+                    Order::Sync(numbers) => {
+                        writer.sync().map_err(failure)?;
+                        numbers
+                    }
+                };
                 let _ = give_back.send(numbers);
             }
-            Ok(count)
+            Ok(writer.times().len())
         };
         let thread = std::thread::Builder::new().name("frames".to_owned()).spawn(write_all);
         let thread = thread.map_err(|error| Failure::File(format!("error: no thread for the frames: {error}")))?;
-        Ok(Self { fields: fields.to_vec(), sender: Some(sender), returned, thread: Some(thread), last_step: None })
+        let (fields, sender, thread) = (fields.to_vec(), Some(sender), Some(thread));
+        Ok(Self { fields, sender, returned, thread, written: earlier })
     }
 
     /// Hands over the frame of the present step, unless it was the last one handed over.
@@ -88,15 +123,33 @@ impl FrameWriter {
     /// # Errors
     /// An earlier frame could not be written.
     pub fn write(&mut self, simulation: &Simulation) -> Result<(), Failure> {
-        if self.last_step == Some(simulation.step()) {
+        if self.written.last_step == Some(simulation.step()) {
             return Ok(());
         }
-        self.last_step = Some(simulation.step());
+        self.written.last_step = Some(simulation.step());
+        self.written.times.push(simulation.time());
+        let fields = self.fields.clone();
+        self.order(|mut numbers| {
+            numbers.take(simulation, &fields);
+            Order::Write(numbers)
+        })
+    }
+
+    /// Waits until the frames so far are written and on the disk.
+    ///
+    /// # Errors
+    /// One of them could not be written.
+    pub fn sync(&mut self) -> Result<&EarlierFrames, Failure> {
+        self.order(Order::Sync)?;
+        // done when the buffer is back, which the next order takes
+        self.order(Order::Sync)?;
+        Ok(&self.written)
+    }
+
+    /// Gives an order, with the buffer that has come back from the one before.
+    fn order(&mut self, order: impl FnOnce(Numbers) -> Order) -> Result<(), Failure> {
         // no buffer comes back when the writer has given up
-        let sent = self.returned.recv().ok().and_then(|mut numbers| {
-            numbers.take(simulation, &self.fields);
-            self.sender.as_ref()?.send(numbers).ok()
-        });
+        let sent = self.returned.recv().ok().and_then(|numbers| self.sender.as_ref()?.send(order(numbers)).ok());
         match sent {
             Some(()) => Ok(()),
             None => self.finish().map(|_| ()),

@@ -35,6 +35,14 @@ pub const THERMAL_COLUMNS: [&str; 2] = ["heat", "max_temperature"];
 pub struct History {
     path: PathBuf,
     writer: HistoryWriter,
+    row_count: u64,
+}
+
+const FILE: &str = "history.csv";
+
+fn columns<'a>(has_temperature: bool, probes: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let thermal = THERMAL_COLUMNS.into_iter().filter(|_| has_temperature);
+    COLUMNS.into_iter().chain(thermal).chain(probes).collect()
 }
 
 impl History {
@@ -47,11 +55,38 @@ impl History {
         has_temperature: bool,
         probes: impl Iterator<Item = &'a str>,
     ) -> Result<Self, Failure> {
-        let path = directory.join("history.csv");
-        let thermal = THERMAL_COLUMNS.into_iter().filter(|_| has_temperature);
-        let columns: Vec<&str> = COLUMNS.into_iter().chain(thermal).chain(probes).collect();
-        let writer = HistoryWriter::create(&path, &columns).map_err(Failure::writing(&path))?;
-        Ok(Self { path, writer })
+        let path = directory.join(FILE);
+        let writer =
+            HistoryWriter::create(&path, &columns(has_temperature, probes)).map_err(Failure::writing(&path))?;
+        Ok(Self { path, writer, row_count: 0 })
+    }
+
+    /// Goes on with the file after its first rows; later ones are dropped.
+    ///
+    /// # Errors
+    /// It cannot be read or written, or has not so many rows.
+    pub fn resume<'a>(
+        directory: &Path,
+        has_temperature: bool,
+        probes: impl Iterator<Item = &'a str>,
+        row_count: u64,
+    ) -> Result<Self, Failure> {
+        let path = directory.join(FILE);
+        let writer = HistoryWriter::resume(&path, &columns(has_temperature, probes), row_count);
+        Ok(Self { writer: writer.map_err(Failure::writing(&path))?, path, row_count })
+    }
+
+    /// Rows so far.
+    pub fn row_count(&self) -> u64 {
+        self.row_count
+    }
+
+    /// Puts the rows on the disk.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn sync(&self) -> Result<(), Failure> {
+        self.writer.sync().map_err(Failure::writing(&self.path))
     }
 
     /// Adds the row of the present state, with the values of the probes; the smallest Jacobian.
@@ -90,6 +125,7 @@ impl History {
         }
         row.extend(probes.iter().map(|value| Value::Real(*value)));
         self.writer.write_row(&row).map_err(Failure::writing(&self.path))?;
+        self.row_count += 1;
         Ok(extremes.min_jacobian)
     }
 }

@@ -4,6 +4,7 @@
 
 pub mod bench;
 pub mod check;
+pub mod checkpoint;
 pub mod cli;
 pub mod console;
 pub mod constraints;
@@ -16,6 +17,7 @@ pub mod fields;
 pub mod format;
 pub mod frames;
 pub mod history;
+pub mod lock;
 pub mod mesh_command;
 pub mod output;
 pub mod plot;

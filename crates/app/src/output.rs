@@ -1,6 +1,8 @@
 //! What is written, and when.
 
+use crate::checkpoint::is_checkpoint;
 use crate::deck::Deck;
+use crate::deck::settings::CheckpointEvery;
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::failure::Failure;
 use crate::fields::Field;
@@ -20,6 +22,8 @@ pub struct OutputPlan {
     pub frames: Interval,
     /// When rows of the history are written.
     pub history: Interval,
+    /// When checkpoints are written.
+    pub checkpoint: CheckpointEvery,
 }
 
 /// How often something is written.
@@ -68,6 +72,7 @@ pub fn output_plan(deck: &Deck, diagnostics: &mut Diagnostics) -> OutputPlan {
             (None, Some(steps)) => Interval::Steps(steps.value.0),
             (None, None) => Interval::Time(end / DEFAULT_ROWS as f64),
         },
+        checkpoint: output.checkpoint,
     }
 }
 
@@ -82,6 +87,16 @@ impl Schedule {
     /// A schedule whose first turn, at time 0, is over.
     pub fn new(interval: Interval) -> Self {
         Self { interval, passed: 0 }
+    }
+
+    /// The schedule when so many multiples of the interval have passed.
+    pub fn after(interval: Interval, passed: u64) -> Self {
+        Self { interval, passed }
+    }
+
+    /// Multiples of the interval that have passed.
+    pub fn passed(&self) -> u64 {
+        self.passed
     }
 
     /// Whether it is due at a step; then it is not due again before the next multiple.
@@ -102,15 +117,28 @@ pub fn default_directory(deck: &Path) -> PathBuf {
     if directory == deck { deck.with_extension("results") } else { directory }
 }
 
-/// Makes the output directory; one that holds results is refused, or freed of them by `force`.
+/// Makes the output directory, unless it is there.
 ///
 /// # Errors
-/// It holds results, or it cannot be made.
-pub fn prepare_directory(directory: &Path, force: bool) -> Result<(), Failure> {
-    let old = results_in(directory)?;
+/// It is a file, or it cannot be made.
+pub fn make_directory(directory: &Path) -> Result<(), Failure> {
+    if directory.exists() && !directory.is_dir() {
+        return Err(Failure::File(format!("error: {} is a file, not a directory", directory.display())));
+    }
+    let fields = directory.join("fields");
+    std::fs::create_dir_all(&fields).map_err(Failure::writing(&fields))
+}
+
+/// Refuses an output directory that holds results, or frees it of them by `force`.
+///
+/// # Errors
+/// It holds results, or they cannot be removed.
+pub fn clear_directory(directory: &Path, force: bool) -> Result<(), Failure> {
+    let old = results_in(directory);
     if !old.is_empty() && !force {
         let message = format!(
-            "error: {} holds results already\nhelp: take another directory with --output, or overwrite these with --force",
+            "error: {} holds results already\nhelp: take another directory with --output, overwrite these with --force, or go on \
+             from their newest checkpoint with --resume",
             directory.display()
         );
         return Err(Failure::Input(message));
@@ -118,21 +146,20 @@ pub fn prepare_directory(directory: &Path, force: bool) -> Result<(), Failure> {
     for file in old {
         std::fs::remove_file(&file).map_err(Failure::writing(&file))?;
     }
-    let fields = directory.join("fields");
-    std::fs::create_dir_all(&fields).map_err(Failure::writing(&fields))
+    Ok(())
 }
 
 /// The files in a directory that a run has written.
-fn results_in(directory: &Path) -> Result<Vec<PathBuf>, Failure> {
+fn results_in(directory: &Path) -> Vec<PathBuf> {
     const FILES: [&str; 5] = ["results.pvd", "history.csv", "summary.json", "run.jsonl", "estar.log"];
-    if directory.exists() && !directory.is_dir() {
-        return Err(Failure::File(format!("error: {} is a file, not a directory", directory.display())));
-    }
     let mut found: Vec<PathBuf> = FILES.iter().map(|name| directory.join(name)).filter(|path| path.is_file()).collect();
-    if let Ok(entries) = std::fs::read_dir(directory.join("fields")) {
-        found.extend(entries.flatten().map(|entry| entry.path()).filter(|path| is_frame(path)));
-    }
-    Ok(found)
+    let in_folder = |folder: PathBuf, is_ours: fn(&Path) -> bool| {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        entries.map(|entry| entry.path()).filter(move |path| is_ours(path))
+    };
+    found.extend(in_folder(directory.join("fields"), is_frame));
+    found.extend(in_folder(directory.to_owned(), is_checkpoint));
+    found
 }
 
 fn is_frame(path: &Path) -> bool {
@@ -165,13 +192,15 @@ mod tests {
     fn only_results_are_removed() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path();
-        prepare_directory(path, false).unwrap();
-        let ours = ["history.csv", "fields/frame_00003.vtu"].map(|name| path.join(name));
+        make_directory(path).unwrap();
+        clear_directory(path, false).unwrap();
+        let ours =
+            ["history.csv", "fields/frame_00003.vtu", "checkpoint_000000000012.estar"].map(|name| path.join(name));
         let theirs = ["notes.txt", "fields/frame_x.vtu"].map(|name| path.join(name));
         ours.iter().chain(&theirs).for_each(|file| std::fs::write(file, "x").unwrap());
-        assert!(matches!(prepare_directory(path, false), Err(Failure::Input(_))));
-        prepare_directory(path, true).unwrap();
+        assert!(matches!(clear_directory(path, false), Err(Failure::Input(_))));
+        clear_directory(path, true).unwrap();
         assert!(ours.iter().all(|file| !file.exists()) && theirs.iter().all(|file| file.exists()));
-        assert!(matches!(prepare_directory(&theirs[0], false), Err(Failure::File(_))));
+        assert!(matches!(make_directory(&theirs[0]), Err(Failure::File(_))));
     }
 }

@@ -6,8 +6,8 @@ use crate::format::{duration, prefixed};
 use estar_solver::Simulation;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
-use std::fs::File;
-use std::io::{IsTerminal, Write};
+use std::fs::{File, OpenOptions};
+use std::io::{IsTerminal, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -28,6 +28,17 @@ pub struct Progress {
     records: File,
     records_path: PathBuf,
     window: [Mark; 2],
+    /// Wall time of earlier legs of the run, s.
+    seconds_before: f64,
+}
+
+/// What an earlier leg of the run has left.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EarlierLegs {
+    /// Bytes of `run.jsonl`.
+    pub record_bytes: u64,
+    /// Wall time, s.
+    pub wall_seconds: f64,
 }
 
 /// Where the run was at a moment.
@@ -54,13 +65,25 @@ struct Record {
 }
 
 impl Progress {
-    /// Begins to follow a run that writes into `directory`.
+    /// Begins to follow a run that writes into `directory`, or goes on there after its `earlier` legs.
     ///
     /// # Errors
     /// `run.jsonl` cannot be written.
-    pub fn start(directory: &Path, console: &Console, simulation: &Simulation) -> Result<Self, Failure> {
+    pub fn start(
+        directory: &Path,
+        console: &Console,
+        simulation: &Simulation,
+        earlier: EarlierLegs,
+    ) -> Result<Self, Failure> {
         let records_path = directory.join("run.jsonl");
-        let records = File::create(&records_path).map_err(Failure::writing(&records_path))?;
+        let open = || -> std::io::Result<File> {
+            let mut records = OpenOptions::new().write(true).create(true).truncate(false).open(&records_path)?;
+            // what a machine that lost its power has not kept is not made up for
+            records.set_len(earlier.record_bytes.min(records.metadata()?.len()))?;
+            records.seek(SeekFrom::End(0))?;
+            Ok(records)
+        };
+        let records = open().map_err(Failure::writing(&records_path))?;
         let start = Instant::now();
         let bar = (!console.is_quiet() && std::io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::with_draw_target(Some(BAR_LENGTH), ProgressDrawTarget::stderr());
@@ -78,12 +101,21 @@ impl Progress {
             records,
             records_path,
             window: [mark; 2],
+            seconds_before: earlier.wall_seconds,
         })
     }
 
-    /// Wall time since the beginning, s.
+    /// Wall time since the beginning, that of earlier legs included, s.
     pub fn wall_seconds(&self) -> f64 {
-        self.start.elapsed().as_secs_f64()
+        self.seconds_before + self.start.elapsed().as_secs_f64()
+    }
+
+    /// Bytes of `run.jsonl`.
+    ///
+    /// # Errors
+    /// The system does not tell.
+    pub fn record_bytes(&mut self) -> Result<u64, Failure> {
+        self.records.stream_position().map_err(Failure::writing(&self.records_path))
     }
 
     /// Tells how far the run is, if it is time to.

@@ -1,13 +1,16 @@
 //! `estar run`: from the deck to the results.
 
+use crate::checkpoint::{self, Bits, Bookmark, Identity};
 use crate::console::{Console, is_coloured, tell};
-use crate::expectations::{self, Moment, Outcome};
+use crate::deck::settings::CheckpointEvery;
+use crate::expectations::{self, Expectation, Moment, Outcome};
 use crate::failure::Failure;
 use crate::format::{bytes, count, duration, prefixed};
-use crate::frames::FrameWriter;
+use crate::frames::{EarlierFrames, FrameWriter};
 use crate::history::History;
-use crate::output::{Schedule, default_directory, prepare_directory};
-use crate::progress::Progress;
+use crate::lock::Lock;
+use crate::output::{Schedule, clear_directory, default_directory, make_directory};
+use crate::progress::{EarlierLegs, Progress};
 use crate::setup::{self, Problem};
 use crate::snapshot::Snapshot;
 use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, Summary, state_hash};
@@ -36,11 +39,18 @@ pub struct RunOptions {
     pub is_quiet: bool,
     /// Overwrite results.
     pub force: bool,
+    /// Go on from the newest checkpoint in the directory.
+    pub resume: bool,
+    /// Stop at this step.
+    pub stop_at_step: Option<u64>,
 }
 
 /// How the loop ended.
 enum Ending {
     Finished,
+    /// By `--stop-at-step`, with a checkpoint.
+    Stopped,
+    /// By a signal, with a checkpoint.
     Interrupted,
     Failed(SimulationError),
 }
@@ -73,18 +83,38 @@ pub fn machine(threads: Option<usize>, lanes: Option<LaneLevel>) -> Result<(rayo
 }
 
 fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Result<(), Failure> {
-    let simulation = setup::simulation(&problem, lanes).map_err(Failure::Input)?;
+    let mut simulation = setup::simulation(&problem, lanes).map_err(Failure::Input)?;
     let directory = options.output.clone().unwrap_or_else(|| default_directory(&options.deck));
-    prepare_directory(&directory, options.force)?;
+    let identity = Identity::of(&problem);
+    make_directory(&directory)?;
+    let lock = Lock::acquire(&directory)?;
+    let found = if options.resume {
+        let found = checkpoint::newest(&directory, &identity)?;
+        found.restore(&mut simulation)?;
+        Some(found)
+    } else {
+        clear_directory(&directory, options.force)?;
+        None
+    };
     let mut console = Console::new(options.is_quiet);
-    console.log_into(&directory)?;
+    console.log_into(&directory, options.resume)?;
     let threads = rayon::current_num_threads();
     console.say(&announcement(&problem, &simulation, threads, lanes));
+    if let Some(found) = &found {
+        for refusal in &found.refusals {
+            tell(&format!("warning: {refusal}\n"));
+            console.note(&format!("warning: {refusal}"));
+        }
+        console.say(&format!("  resumes    from {}, step {}", found.name, count(found.step as f64)));
+    }
 
     let is_interrupted = interruption();
-    let mut run = Run::start(problem, simulation, &directory, console)?;
-    let ending = run.advance_to_end(&is_interrupted);
-    run.conclude(ending, threads, lanes)
+    let bookmark = found.map(|found| found.bookmark);
+    let mut run = Run::start(problem, simulation, bookmark, &directory, identity, console)?;
+    let ending = run.advance_to_end(&is_interrupted, options.stop_at_step);
+    let outcome = run.conclude(ending, threads, lanes);
+    drop(lock);
+    outcome
 }
 
 /// Signals that follow the first within this time are its echo: some send one to the program and one to its group.
@@ -122,26 +152,52 @@ struct Run<'a> {
     last_row: Option<u64>,
     jacobians: Vec<(u64, f64)>,
     initial_time_step: f64,
+    identity: Identity,
+    /// When the next checkpoint falls due.
+    checkpoint_due: Option<Instant>,
 }
 
 impl<'a> Run<'a> {
-    fn start(problem: Problem, simulation: Simulation, directory: &'a Path, console: Console) -> Result<Self, Failure> {
+    /// A run that begins, or goes on from where a bookmark was left.
+    fn start(
+        problem: Problem,
+        simulation: Simulation,
+        bookmark: Option<Bookmark>,
+        directory: &'a Path,
+        identity: Identity,
+        console: Console,
+    ) -> Result<Self, Failure> {
+        let goes_on = bookmark.is_some();
+        let bookmark = bookmark.unwrap_or_else(|| beginning(&problem, &simulation));
         let has_temperature = problem.model.parts.iter().any(|part| part.material.has_temperature());
-        let history =
-            History::create(directory, has_temperature, problem.probes.iter().map(|probe| probe.name.as_str()))?;
-        let frames = FrameWriter::start(directory, &problem.mesh, &problem.model.parts, &problem.output.fields)?;
-        let progress = Progress::start(directory, &console, &simulation)?;
-        let expectations = &problem.expectations;
+        let probes = problem.probes.iter().map(|probe| probe.name.as_str());
+        let history = if goes_on {
+            History::resume(directory, has_temperature, probes, bookmark.history_rows)?
+        } else {
+            History::create(directory, has_temperature, probes)?
+        };
+        let earlier = EarlierFrames {
+            times: bookmark.frame_times.iter().map(|time| f64::from(*time)).collect(),
+            last_step: bookmark.last_frame,
+        };
+        let frames =
+            FrameWriter::start(directory, &problem.mesh, &problem.model.parts, &problem.output.fields, earlier)?;
+        let earlier = EarlierLegs { record_bytes: bookmark.record_bytes, wall_seconds: bookmark.wall_seconds };
+        let progress = Progress::start(directory, &console, &simulation, earlier)?;
+        let [frames_passed, rows_passed] = bookmark.passed;
+        let outcome = |(expectation, seen): (&Expectation, &Option<[Bits; 2]>)| {
+            let [time, value] = (*seen)?.map(f64::from);
+            Some(expectation.outcome(&problem.probes[expectation.probe].name, time, value))
+        };
         let mut run = Self {
-            frame_schedule: Schedule::new(problem.output.frames),
-            history_schedule: Schedule::new(problem.output.history),
-            pending: (0..expectations.len())
-                .filter(|index| matches!(expectations[*index].moment, Moment::Time(_)))
-                .collect(),
-            outcomes: vec![None; expectations.len()],
-            last_row: None,
-            jacobians: Vec::new(),
-            initial_time_step: simulation.time_step(),
+            frame_schedule: Schedule::after(problem.output.frames, frames_passed),
+            history_schedule: Schedule::after(problem.output.history, rows_passed),
+            pending: bookmark.pending,
+            outcomes: problem.expectations.iter().zip(&bookmark.outcomes).map(outcome).collect(),
+            last_row: bookmark.last_row,
+            jacobians: bookmark.jacobians.iter().map(|(step, jacobian)| (*step, f64::from(*jacobian))).collect(),
+            initial_time_step: f64::from(bookmark.initial_time_step),
+            checkpoint_due: None,
             problem,
             simulation,
             directory,
@@ -149,17 +205,66 @@ impl<'a> Run<'a> {
             history,
             frames,
             progress,
+            identity,
         };
-        run.write(true, true)?;
-        run.check_pending();
+        run.schedule_checkpoint();
+        if !goes_on {
+            run.write(true, true)?;
+            run.check_pending();
+        }
         Ok(run)
     }
 
+    fn schedule_checkpoint(&mut self) {
+        self.checkpoint_due = match self.problem.output.checkpoint {
+            // a wait that no clock can tell is one for ever
+            CheckpointEvery::Seconds(seconds) => {
+                Duration::try_from_secs_f64(seconds).ok().and_then(|wait| Instant::now().checked_add(wait))
+            }
+            CheckpointEvery::Never => None,
+        };
+    }
+
+    /// Writes a checkpoint of the present step, once everything that it refers to is on the disk.
+    fn write_checkpoint(&mut self) -> Result<(), Failure> {
+        self.history.sync()?;
+        let EarlierFrames { times, last_step } = self.frames.sync()?;
+        let frame_times = times.iter().map(|time| Bits::from(*time)).collect();
+        let seen = |outcome: &Option<Outcome>| {
+            outcome.as_ref().map(|outcome| [Bits::from(outcome.time), Bits::from(outcome.found)])
+        };
+        let bookmark = Bookmark {
+            history_rows: self.history.row_count(),
+            frame_times,
+            last_frame: *last_step,
+            record_bytes: self.progress.record_bytes()?,
+            passed: [self.frame_schedule.passed(), self.history_schedule.passed()],
+            last_row: self.last_row,
+            pending: self.pending.clone(),
+            outcomes: self.outcomes.iter().map(seen).collect(),
+            jacobians: self.jacobians.iter().map(|(step, jacobian)| (*step, Bits::from(*jacobian))).collect(),
+            initial_time_step: Bits::from(self.initial_time_step),
+            wall_seconds: self.progress.wall_seconds(),
+        };
+        let name = checkpoint::write(self.directory, &self.identity, bookmark, &self.simulation)?;
+        self.console.note(&format!("{name}: t = {:.6e} s", self.simulation.time()));
+        self.schedule_checkpoint();
+        Ok(())
+    }
+
     /// The loop.
-    fn advance_to_end(&mut self, is_interrupted: &AtomicBool) -> Result<Ending, Failure> {
+    fn advance_to_end(&mut self, is_interrupted: &AtomicBool, stop_at_step: Option<u64>) -> Result<Ending, Failure> {
         while !self.simulation.is_finished() {
-            if is_interrupted.load(Ordering::Relaxed) {
-                return Ok(Ending::Interrupted);
+            let ending = if is_interrupted.load(Ordering::Relaxed) {
+                Some(Ending::Interrupted)
+            } else {
+                stop_at_step.filter(|step| self.simulation.step() >= *step).map(|_| Ending::Stopped)
+            };
+            if ending.is_some() || self.checkpoint_due.is_some_and(|due| Instant::now() >= due) {
+                self.write_checkpoint()?;
+            }
+            if let Some(ending) = ending {
+                return Ok(ending);
             }
             if let Err(error) = self.simulation.advance() {
                 return Ok(Ending::Failed(error));
@@ -249,11 +354,8 @@ impl<'a> Run<'a> {
         }
         let trouble = match &ending {
             Ending::Finished => None,
-            Ending::Interrupted => Some(format!(
-                "interrupted at step {}, t = {:.6e} s; everything written so far can be read",
-                self.simulation.step(),
-                self.simulation.time()
-            )),
+            Ending::Stopped => Some(format!("stopped {}", self.where_it_goes_on())),
+            Ending::Interrupted => Some(format!("interrupted {}", self.where_it_goes_on())),
             Ending::Failed(error) => {
                 Some(trouble::of_simulation(error, &self.problem, &self.simulation, &self.jacobians))
             }
@@ -269,6 +371,7 @@ impl<'a> Run<'a> {
             self.console.note(trouble);
         }
         match (ending, trouble) {
+            (Ending::Stopped, _) => Ok(()),
             (Ending::Interrupted, Some(trouble)) => Err(Failure::Interrupted(trouble)),
             (Ending::Failed(_), Some(trouble)) => Err(Failure::Simulation(trouble)),
             _ if !summary.expectations_met => {
@@ -282,6 +385,15 @@ impl<'a> Run<'a> {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Where the run was stopped, and how it goes on.
+    fn where_it_goes_on(&self) -> String {
+        format!(
+            "at step {}, t = {:.6e} s; everything written so far can be read, and --resume goes on from here",
+            self.simulation.step(),
+            self.simulation.time()
+        )
     }
 
     fn summary(
@@ -306,6 +418,7 @@ impl<'a> Run<'a> {
             mesh: MeshSummary::new(problem),
             status: match ending {
                 Ending::Finished => "finished",
+                Ending::Stopped => "stopped",
                 Ending::Interrupted => "interrupted",
                 Ending::Failed(_) => "failed",
             },
@@ -329,6 +442,25 @@ impl<'a> Run<'a> {
             expectations: outcomes,
             state_hash: state_hash(simulation),
         }
+    }
+}
+
+/// Where the outputs of a run are before its first row.
+fn beginning(problem: &Problem, simulation: &Simulation) -> Bookmark {
+    let expectations = &problem.expectations;
+    let is_pending = |index: &usize| matches!(expectations[*index].moment, Moment::Time(_));
+    Bookmark {
+        history_rows: 0,
+        frame_times: Vec::new(),
+        last_frame: None,
+        record_bytes: 0,
+        passed: [0; 2],
+        last_row: None,
+        pending: (0..expectations.len()).filter(is_pending).collect(),
+        outcomes: vec![None; expectations.len()],
+        jacobians: Vec::new(),
+        initial_time_step: Bits::from(simulation.time_step()),
+        wall_seconds: 0.0,
     }
 }
 

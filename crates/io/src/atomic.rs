@@ -52,9 +52,21 @@ impl AtomicFile {
                 let _ = fs::remove_file(&self.partial);
                 return Err(error);
             }
+            if durably {
+                sync_folder_of(&self.path)?;
+            }
         }
         Ok(())
     }
+}
+
+/// Puts the names in the folder of a file on the disk, where the system can.
+fn sync_folder_of(path: &Path) -> io::Result<()> {
+    if cfg!(unix) {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        File::open(folder)?.sync_all()?;
+    }
+    Ok(())
 }
 
 impl Write for AtomicFile {

@@ -83,6 +83,14 @@ impl HistoryWriter {
         Ok(Self { file, column_count: columns.len(), row: String::new() })
     }
 
+    /// Puts the rows so far on the disk, so that they survive the end of the machine.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn sync(&self) -> io::Result<()> {
+        self.file.sync_data()
+    }
+
     /// Adds a row; it is in the file when this returns, whatever happens to the program afterwards.
     ///
     /// # Errors

@@ -4,12 +4,13 @@
 //! Bad content never panics, loops or costs memory that the file does not warrant: it is a [`ReadError`] that names
 //! the place, the node or element number of the file, and what to do.
 //!
-//! Results: [`ResultWriter`] writes what ParaView opens, [`HistoryWriter`] a growing CSV table,
-//! [`write_atomically`] any file whole or not at all.
+//! Results: [`ResultWriter`] writes what ParaView opens, [`HistoryWriter`] a growing CSV table, [`CheckpointWriter`] the numbers
+//! of a state, [`write_atomically`] any file whole or not at all.
 
 mod abaqus;
 mod assembly;
 mod atomic;
+mod checkpoint;
 mod cursor;
 mod error;
 mod gmsh;
@@ -21,6 +22,7 @@ mod test_folder;
 mod vtu;
 
 pub use atomic::{AtomicFile, write_atomically};
+pub use checkpoint::{Checkpoint, CheckpointError, CheckpointWriter, Numbers};
 pub use error::{Place, Problem, ReadError, Unsupported};
 pub use gmsh::{write_gmsh, write_gmsh_file};
 pub use history::{HistoryWriter, Value};

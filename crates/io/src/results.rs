@@ -44,6 +44,8 @@ impl WriteError {
 pub struct ResultWriter {
     folder: PathBuf,
     times: Vec<f64>,
+    /// Frames that are known to be on the disk.
+    synced: usize,
 }
 
 impl ResultWriter {
@@ -52,17 +54,38 @@ impl ResultWriter {
     /// # Errors
     /// [`WriteError::Unwritable`].
     pub fn create(folder: &Path) -> Result<Self, WriteError> {
-        Self::resume(folder, Vec::new())
+        let fields = folder.join(FIELDS);
+        fs::create_dir_all(&fields).map_err(|source| WriteError::Unwritable { path: fields, source })?;
+        Ok(Self { folder: folder.to_owned(), times: Vec::new(), synced: 0 })
     }
 
-    /// A series that goes on after frames that were written at `times`; the next frame follows them.
+    /// A series that goes on after the frames that were written at `times`; the next frame follows them, and the series
+    /// names no later one.
+    ///
+    /// # Errors
+    /// [`WriteError::Unwritable`], also where one of these frames is not there.
+    pub fn resume(folder: &Path, times: Vec<f64>) -> Result<Self, WriteError> {
+        let writer = Self { synced: times.len(), times, ..Self::create(folder)? };
+        for number in 0..writer.times.len() {
+            let path = folder.join(frame_name(number));
+            fs::metadata(&path).map_err(|source| WriteError::Unwritable { path, source })?;
+        }
+        writer.write_series()?;
+        Ok(writer)
+    }
+
+    /// Puts the frames so far on the disk, so that they survive the end of the machine.
     ///
     /// # Errors
     /// [`WriteError::Unwritable`].
-    pub fn resume(folder: &Path, times: Vec<f64>) -> Result<Self, WriteError> {
-        let fields = folder.join(FIELDS);
-        fs::create_dir_all(&fields).map_err(|source| WriteError::Unwritable { path: fields, source })?;
-        Ok(Self { folder: folder.to_owned(), times })
+    pub fn sync(&mut self) -> Result<(), WriteError> {
+        let frames = (self.synced..self.times.len()).map(frame_name).chain([SERIES.to_owned()]);
+        for path in frames.map(|name| self.folder.join(name)) {
+            let synced = fs::File::open(&path).and_then(|file| file.sync_all());
+            synced.map_err(|source| WriteError::Unwritable { path, source })?;
+        }
+        self.synced = self.times.len();
+        Ok(())
     }
 
     /// The times of the frames so far.
@@ -88,7 +111,7 @@ impl ResultWriter {
     }
 
     fn write_series(&self) -> Result<(), WriteError> {
-        let path = self.folder.join("results.pvd");
+        let path = self.folder.join(SERIES);
         let mut xml = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
              <Collection>\n",
@@ -108,6 +131,7 @@ impl ResultWriter {
 }
 
 const FIELDS: &str = "fields";
+const SERIES: &str = "results.pvd";
 
 /// With a slash on every system: it is also what the series calls the file.
 fn frame_name(number: usize) -> String {

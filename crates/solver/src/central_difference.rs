@@ -151,18 +151,15 @@ impl Simulation {
         let sums = self.node_sums.iter().fold(NodeSums::default(), NodeSums::plus);
 
         // works of the forces of t_n: half over the step before, half over the step after
-        for ((load, power_old), work) in self.loads.iter_mut().zip(&self.load_power).zip(&mut self.energies.load_work) {
+        for (load, power_old) in self.loads.iter_mut().zip(&self.load_power) {
             let power_new = load.power(&self.nodes.velocity);
             load.work.enter(0.5 * step_old * power_old, 0.5 * step_new * power_new);
-            *work = load.work.until_now;
         }
         self.constraint_work.enter(sums.constraint_work_before, sums.constraint_work_after);
         self.contact_work.enter(sums.contact_work_before, sums.contact_work_after);
         self.energies.kinetic = sums.kinetic;
         self.step_change.enter(0.0, sums.step_change);
-        self.energies.step_change = self.step_change.until_now;
-        self.energies.constraint_work = self.constraint_work.until_now;
-        self.energies.contact = -self.contact_work.until_now;
+        self.enter_works();
         self.energies.note_in_play();
     }
 

@@ -15,6 +15,7 @@ pub mod model;
 mod patch;
 mod simulation;
 mod solid_block;
+mod state;
 mod traffic;
 
 pub use curve::{Curve, CurveError, Interpolation};

@@ -284,36 +284,6 @@ impl Simulation {
         let (velocity, acceleration) = (&self.nodes.velocity[node], &self.nodes.acceleration[node]);
         std::array::from_fn(|i| velocity[i] - 0.5 * self.next_time_step * acceleration[i])
     }
-
-    /// Calls `visit` with every number of the state, in an order that depends neither on threads nor on lanes.
-    pub fn for_each_number(&self, mut visit: impl FnMut(f64)) {
-        visit(self.time);
-        visit(self.time_step);
-        visit(self.next_time_step);
-        let nodes = &self.nodes;
-        for field in [&nodes.displacement, &nodes.velocity, &nodes.acceleration, &nodes.reaction] {
-            field.iter().flatten().for_each(|&number| visit(number));
-        }
-        for block in &self.blocks {
-            block.elements.for_each_number(&mut visit);
-        }
-        let energies = &self.energies;
-        for number in [
-            energies.kinetic,
-            energies.internal,
-            energies.plastic_dissipation,
-            energies.heat,
-            energies.viscous,
-            energies.in_play,
-        ] {
-            visit(number);
-        }
-        let others = [&self.constraint_work, &self.contact_work, &self.step_change];
-        for work in self.loads.iter().map(|load| &load.work).chain(others) {
-            visit(work.until_now);
-            visit(work.begun);
-        }
-    }
 }
 
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {

@@ -128,6 +128,9 @@ pub(crate) trait ElementBlock: Send + Sync {
 
     /// Calls `visit` with every number of every history, in an order that does not depend on the lanes.
     fn for_each_number(&self, visit: &mut dyn FnMut(f64));
+
+    /// Takes the histories whose numbers `next` gives in that order.
+    fn restore(&mut self, next: &mut dyn FnMut() -> f64);
 }
 
 /// The block of a part. `corner_mass` is the smallest corner mass of each of its hexes.
@@ -284,6 +287,29 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
             }
             visit(pack.stable_time_step.lane(lane));
             visit(pack.viscous_pressure.lane(lane));
+        }
+    }
+
+    fn restore(&mut self, next: &mut dyn FnMut() -> f64) {
+        // numbers of an element
+        let mut count = 0;
+        self.history[0].states[0].for_each(|_| count += 1);
+        count = POINTS * (count + self.history[0].rotations[0].0.len()) + 2;
+        let mut numbers = vec![0.0; count * R::LANES];
+        for (pack, hexes) in self.history.iter_mut().zip(self.hexes.chunks(R::LANES)) {
+            numbers[..count * hexes.len()].fill_with(&mut *next);
+            let mut at = 0;
+            let mut number = || {
+                let lanes = R::from_lanes(|lane| numbers[count * lane.min(hexes.len() - 1) + at]);
+                at += 1;
+                lanes
+            };
+            for point in 0..POINTS {
+                pack.states[point] = PointState::from_numbers(&mut number);
+                pack.rotations[point] = Rotation(array(|_| number()));
+            }
+            pack.stable_time_step = number();
+            pack.viscous_pressure = number();
         }
     }
 }

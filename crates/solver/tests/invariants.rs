@@ -109,6 +109,49 @@ fn threads_and_lanes_do_not_change_a_bit() {
     }
 }
 
+/// The numbers of the state half way, taken up by another simulation with other lanes and threads, lead to the end that
+/// the straight way leads to, and every number that users see of it is the same.
+#[test]
+fn a_state_taken_up_by_another_simulation_ends_in_the_same_bits() {
+    let mesh = bricks([4e-3, 4e-3, 6e-3], [4, 4, 6]);
+    let bits = |simulation: &Simulation| {
+        let mut bits = Vec::new();
+        simulation.for_each_number(|number| bits.push(number.to_bits()));
+        bits
+    };
+    let seen = |simulation: &Simulation| {
+        let (energies, extremes) = (simulation.energies().clone(), simulation.extremes());
+        (energies, extremes, simulation.momentum(), simulation.time_step(), simulation.step())
+    };
+    let leg = |level, threads, start: Option<&[u64]>, steps: u64| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut simulation = Simulation::new(&mesh, crash(&mesh), level).unwrap();
+            if let Some(numbers) = start {
+                let mut numbers = numbers.iter();
+                simulation.restore(|| f64::from_bits(*numbers.next().unwrap()));
+                assert!(numbers.next().is_none());
+            }
+            while simulation.step() < steps && !simulation.is_finished() {
+                simulation.advance().unwrap();
+            }
+            simulation
+        })
+    };
+    let straight = leg(LaneLevel::best(), 2, None, u64::MAX);
+    for (first, second) in [(LaneLevel::best(), LaneLevel::Portable), (LaneLevel::Portable, LaneLevel::best())] {
+        for steps in [0, 1, straight.step() / 2, straight.step()] {
+            let start = leg(first, 1, None, steps);
+            let taken_up = leg(second, 3, Some(&bits(&start)), steps);
+            assert!(bits(&taken_up) == bits(&start), "{steps} steps");
+            assert_eq!(seen(&taken_up), seen(&start), "{steps} steps");
+            let end = leg(second, 3, Some(&bits(&start)), u64::MAX);
+            assert!(bits(&end) == bits(&straight), "{steps} steps");
+            assert_eq!(seen(&end), seen(&straight), "{steps} steps");
+        }
+    }
+}
+
 /// The state does not depend on how the mesh is cut into parts of the same material, some with fewer hexes than lanes,
 /// but for the order of sums.
 #[test]

@@ -1,7 +1,9 @@
 //! `[time]` and `[output]`.
 
-use super::decoder::At;
+use super::decoder::{At, Decoder, FromDeck};
 use super::macros::{deck_choice, deck_table};
+use super::schema::{Choice, Schema};
+use super::tree::{Node, Value};
 use super::values::{Count, Fraction, NotNegative, Number, Positive, Quantity, Time};
 use crate::fields::Field;
 
@@ -41,9 +43,35 @@ deck_table! {
         history: At<Quantity<Positive<Time>>> = optional,
         /// Steps between rows of history.csv; instead of `history`.
         history_steps: At<Count> = optional,
+        /// Wall time between checkpoints, from which `--resume` goes on; or "never", which leaves those of Ctrl-C, of SIGTERM
+        /// and of `--stop-at-step`.
+        checkpoint: CheckpointEvery = default("'10 min'"),
         /// Fields of the frames.
         fields: Vec<At<Field>> = default(
             "['displacement', 'velocity', 'cauchy_stress', 'equivalent_plastic_strain', 'von_mises_stress', 'pressure', 'volume_ratio']"),
+    }
+}
+
+/// When checkpoints are written by themselves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CheckpointEvery {
+    /// After so many seconds of wall time.
+    Seconds(f64),
+    /// Never.
+    Never,
+}
+
+impl FromDeck for CheckpointEvery {
+    fn schema() -> Schema {
+        let never = Choice { name: "never", doc: "only when the run is stopped" };
+        Schema::Either(vec![Quantity::<Positive<Time>>::schema(), Schema::Choice(vec![never])])
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        match &node.value {
+            Value::Text(text) if text == "never" => Some(Self::Never),
+            _ => Quantity::<Positive<Time>>::decode(node, decoder).map(|time| Self::Seconds(time.value)),
+        }
     }
 }
 

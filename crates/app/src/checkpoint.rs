@@ -1,0 +1,284 @@
+//! Checkpoints of a run: written whole or not at all, and taken up by `--resume`.
+//!
+//! The numbers of a checkpoint are those of [`Simulation::for_each_number`]; its head says of which run they are and how far
+//! the outputs were, so that these go on without a gap and without a double.
+
+use crate::failure::Failure;
+use crate::setup::Problem;
+use crate::summary::hex;
+use estar_io::{Checkpoint, CheckpointWriter};
+use estar_mesh::Mesh;
+use estar_solver::Simulation;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Checkpoints that are kept.
+const KEPT: usize = 2;
+
+/// A number by its bits, which a text must not round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bits(u64);
+
+impl From<f64> for Bits {
+    fn from(number: f64) -> Self {
+        Self(number.to_bits())
+    }
+}
+
+impl From<Bits> for f64 {
+    fn from(bits: Bits) -> Self {
+        Self::from_bits(bits.0)
+    }
+}
+
+/// Which run a checkpoint is of.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Version of Estar.
+    pub version: String,
+    /// SHA-256 of the deck's text, and of overrides.
+    pub deck: String,
+    /// SHA-256 of the mesh.
+    pub mesh: String,
+}
+
+/// How far the outputs of a run were.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bookmark {
+    /// Rows of history.csv.
+    pub history_rows: u64,
+    /// Times of the frames, s.
+    pub frame_times: Vec<Bits>,
+    /// Step of the last frame.
+    pub last_frame: Option<u64>,
+    /// Bytes of run.jsonl.
+    pub record_bytes: u64,
+    /// Multiples of the intervals that have passed: of frames, of rows.
+    pub passed: [u64; 2],
+    /// Step of the last row.
+    pub last_row: Option<u64>,
+    /// Expectations whose moment is still to come.
+    pub pending: Vec<usize>,
+    /// Time and value of each expectation that has been looked at.
+    pub outcomes: Vec<Option<[Bits; 2]>>,
+    /// Step and smallest Jacobian of the last rows.
+    pub jacobians: Vec<(u64, Bits)>,
+    /// The first time step, s.
+    pub initial_time_step: Bits,
+    /// Wall time so far, s.
+    pub wall_seconds: f64,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Head {
+    #[serde(flatten)]
+    identity: Identity,
+    step: u64,
+    time: f64,
+    bookmark: Bookmark,
+}
+
+impl Identity {
+    /// That of a problem.
+    pub fn of(problem: &Problem) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            deck: problem.deck_hash.clone(),
+            mesh: mesh_hash(&problem.mesh),
+        }
+    }
+
+    /// What tells this run, whose checkpoint was found, from the `wanted` one.
+    fn difference(&self, wanted: &Self) -> Option<String> {
+        if self.version != wanted.version {
+            return Some(format!("it was written by Estar {}, and this is {}", self.version, wanted.version));
+        }
+        if self.mesh != wanted.mesh {
+            return Some("it is of another mesh: the mesh file, or [mesh] scale, has changed since".to_owned());
+        }
+        let deck = "it is of another deck: the deck, or what was given by --set, has changed since";
+        (self.deck != wanted.deck).then(|| deck.to_owned())
+    }
+}
+
+/// SHA-256 of everything that a mesh is.
+fn mesh_hash(mesh: &Mesh) -> String {
+    let mut hasher = Sha256::new();
+    let mut numbers = |numbers: &mut dyn Iterator<Item = u64>| {
+        let mut bytes = Vec::with_capacity(1 << 16);
+        for number in numbers {
+            bytes.extend_from_slice(&number.to_le_bytes());
+            if bytes.len() >= 1 << 16 {
+                hasher.update(&bytes);
+                bytes.clear();
+            }
+        }
+        hasher.update(&bytes);
+    };
+    let count = |length: usize| std::iter::once(length as u64);
+    numbers(&mut count(mesh.node_count()).chain(count(mesh.hex_count())).chain(count(mesh.groups().len())));
+    numbers(&mut mesh.coordinates().iter().flatten().map(|coordinate| coordinate.to_bits()));
+    numbers(&mut mesh.node_labels().iter().map(|label| label.0));
+    numbers(&mut mesh.hexes().iter().flatten().map(|node| u64::from(*node)));
+    numbers(&mut mesh.hex_labels().iter().map(|label| label.0));
+    for group in mesh.groups() {
+        let name = group.name.bytes().map(u64::from);
+        let members = |members: &[u32]| members.iter().map(|member| u64::from(*member)).collect::<Vec<_>>();
+        numbers(&mut count(group.name.len()).chain(name).chain(count(group.kind as usize)));
+        numbers(&mut count(group.nodes.len()).chain(members(&group.nodes)));
+        numbers(&mut count(group.hexes.len()).chain(members(&group.hexes)));
+        numbers(&mut count(group.faces.len()).chain(members(group.faces.as_flattened())));
+    }
+    hex(&hasher.finalize())
+}
+
+fn file_name(step: u64) -> String {
+    format!("checkpoint_{step:012}.estar")
+}
+
+/// Whether a file has the name of a checkpoint.
+pub fn is_checkpoint(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let step = name.strip_prefix("checkpoint_").and_then(|rest| rest.strip_suffix(".estar"));
+    step.is_some_and(|step| step.len() >= 12 && step.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+/// The checkpoints in a directory, the newest first.
+fn checkpoints_in(directory: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(|path| is_checkpoint(path)).collect();
+    // steps have as many digits as it takes; a longer name is a later step
+    found.sort_by_key(|path| std::cmp::Reverse((path.as_os_str().len(), path.clone())));
+    found
+}
+
+/// Writes the checkpoint of the present step and removes those that are too old; the file's name.
+///
+/// # Errors
+/// It cannot be written; then the older ones stay.
+pub fn write(
+    directory: &Path,
+    identity: &Identity,
+    bookmark: Bookmark,
+    simulation: &Simulation,
+) -> Result<String, Failure> {
+    let name = file_name(simulation.step());
+    let path = directory.join(&name);
+    let head = Head { identity: identity.clone(), step: simulation.step(), time: simulation.time(), bookmark };
+    let write = || -> std::io::Result<()> {
+        let mut number_count = 0;
+        simulation.for_each_number(|_| number_count += 1);
+        let mut writer = CheckpointWriter::create(&path, &serde_json::to_string(&head)?, number_count)?;
+        simulation.for_each_number(|number| writer.number(number));
+        writer.commit()
+    };
+    write().map_err(Failure::writing(&path))?;
+    for old in checkpoints_in(directory).into_iter().skip(KEPT) {
+        // one that cannot be removed is only one too many
+        let _ = fs::remove_file(old);
+    }
+    Ok(name)
+}
+
+/// A checkpoint that can be taken up.
+#[derive(Debug)]
+pub struct Found {
+    checkpoint: Checkpoint,
+    path: PathBuf,
+    /// Its file's name.
+    pub name: String,
+    /// Its step.
+    pub step: u64,
+    /// How far the outputs were.
+    pub bookmark: Bookmark,
+    /// What was said of newer ones that cannot be taken up.
+    pub refusals: Vec<String>,
+}
+
+/// The newest checkpoint in a directory that is whole and of this run.
+///
+/// # Errors
+/// There is none, with the reason for each that was refused.
+pub fn newest(directory: &Path, identity: &Identity) -> Result<Found, Failure> {
+    let mut refusals = Vec::new();
+    for path in checkpoints_in(directory) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        match open(&path, identity) {
+            Ok((checkpoint, head)) => {
+                return Ok(Found { checkpoint, path, name, step: head.step, bookmark: head.bookmark, refusals });
+            }
+            Err(reason) => refusals.push(format!("{name} cannot be taken up: {reason}")),
+        }
+    }
+    let directory = directory.display();
+    Err(Failure::File(if refusals.is_empty() {
+        format!("error: {directory} has no checkpoint to resume from\nhelp: start from the beginning, without --resume")
+    } else {
+        let reasons: String = refusals.iter().map(|refusal| format!("\n  {refusal}")).collect();
+        format!(
+            "error: {directory} has no checkpoint that can be taken up{reasons}\nhelp: resume with the deck, mesh, --set and \
+             program of the run; or start from the beginning with --force, which removes its results"
+        )
+    }))
+}
+
+fn open(path: &Path, wanted: &Identity) -> Result<(Checkpoint, Head), String> {
+    let checkpoint = Checkpoint::open(path).map_err(|error| format!("it {error}"))?;
+    let head: Head = serde_json::from_str(checkpoint.head())
+        .map_err(|_| "it has a head of another version of this program".to_owned())?;
+    match head.identity.difference(wanted) {
+        Some(difference) => Err(difference),
+        None => Ok((checkpoint, head)),
+    }
+}
+
+impl Found {
+    /// Brings a simulation of this run to the step of the checkpoint.
+    ///
+    /// # Errors
+    /// The file cannot be read, or has other numbers than such a simulation.
+    pub fn restore(&self, simulation: &mut Simulation) -> Result<(), Failure> {
+        let unreadable = |what: String| Failure::File(format!("error: {}: {what}", self.path.display()));
+        let mut number_count = 0;
+        simulation.for_each_number(|_| number_count += 1);
+        if number_count != self.checkpoint.number_count() {
+            let found = self.checkpoint.number_count();
+            return Err(unreadable(format!("has {found} numbers where this run has {number_count}")));
+        }
+        let mut numbers = self.checkpoint.numbers().map_err(|error| unreadable(format!("cannot be read: {error}")))?;
+        simulation.restore(|| numbers.next_number());
+        numbers.finish().map_err(|error| unreadable(format!("cannot be read: {error}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_is_that_of_the_latest_step() {
+        let directory = tempfile::tempdir().unwrap();
+        for step in [3, 999_999_999_999, 20, 1_000_000_000_000] {
+            fs::write(directory.path().join(file_name(step)), "").unwrap();
+        }
+        for other in ["checkpoint_000000000003.estar.partial", "checkpoint_x.estar", "checkpoint_12.estar", "a"] {
+            fs::write(directory.path().join(other), "").unwrap();
+        }
+        let names: Vec<String> = checkpoints_in(directory.path())
+            .iter()
+            .map(|path| path.file_name().unwrap().to_str().unwrap().to_owned())
+            .collect();
+        assert_eq!(names, [1_000_000_000_000, 999_999_999_999, 20, 3].map(file_name));
+    }
+
+    #[test]
+    fn numbers_keep_their_bits() {
+        for number in [0.1 + 0.2, f64::NAN, -0.0, 5e-324] {
+            let text = serde_json::to_string(&Bits::from(number)).unwrap();
+            let read: Bits = serde_json::from_str(&text).unwrap();
+            assert_eq!(f64::from(read).to_bits(), number.to_bits());
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! The state of a simulation as numbers in one fixed order: for hashes, and for checkpoints from which it goes on with the
+//! same bits. What follows from the model and the mesh is no part of it.
+
+use crate::energy::CentredWork;
+use crate::simulation::Simulation;
+use crate::solid_block::Extreme;
+
+/// Numbers of the state that stand alone.
+const SCALARS: usize = 15;
+
+impl Simulation {
+    /// Calls `visit` with every number of the state, in an order that depends neither on threads nor on lanes.
+    pub fn for_each_number(&self, mut visit: impl FnMut(f64)) {
+        self.scalars().into_iter().for_each(&mut visit);
+        for work in self.works() {
+            visit(work.until_now);
+            visit(work.begun);
+        }
+        let nodes = &self.nodes;
+        for field in [&nodes.displacement, &nodes.velocity, &nodes.acceleration, &nodes.reaction] {
+            field.iter().flatten().for_each(|&number| visit(number));
+        }
+        for block in &self.blocks {
+            block.elements.for_each_number(&mut visit);
+        }
+    }
+
+    /// Takes the state whose numbers `next` gives in the order of [`Simulation::for_each_number`]: that of a simulation of
+    /// the same model on the same mesh.
+    pub fn restore(&mut self, mut next: impl FnMut() -> f64) {
+        self.set_scalars(std::array::from_fn(|_| next()));
+        for work in self.works_mut() {
+            *work = CentredWork { until_now: next(), begun: next() };
+        }
+        let nodes = &mut self.nodes;
+        for field in [&mut nodes.displacement, &mut nodes.velocity, &mut nodes.acceleration, &mut nodes.reaction] {
+            field.iter_mut().flatten().for_each(|number| *number = next());
+        }
+        for block in &mut self.blocks {
+            block.elements.restore(&mut next);
+        }
+        // at time 0 the works have begun, and the ledger has not seen them yet
+        if self.step > 0 {
+            self.enter_works();
+        }
+    }
+
+    fn scalars(&self) -> [f64; SCALARS] {
+        let (energies, elements) = (&self.energies, &self.elements);
+        [
+            // counts and indices are far below the 2⁵³ up to which a number holds them exactly
+            self.step as f64,
+            self.time,
+            self.time_step,
+            self.next_time_step,
+            f64::from(u8::from(self.step_is_last)),
+            energies.kinetic,
+            energies.internal,
+            energies.plastic_dissipation,
+            energies.heat,
+            energies.viscous,
+            energies.in_play,
+            elements.min_jacobian.value,
+            f64::from(elements.min_jacobian.hex),
+            elements.stable_time_step.value,
+            f64::from(elements.stable_time_step.hex),
+        ]
+    }
+
+    fn set_scalars(&mut self, scalars: [f64; SCALARS]) {
+        let (energies, elements) = (&mut self.energies, &mut self.elements);
+        let step_is_last;
+        [
+            self.time,
+            self.time_step,
+            self.next_time_step,
+            step_is_last,
+            energies.kinetic,
+            energies.internal,
+            energies.plastic_dissipation,
+            energies.heat,
+            energies.viscous,
+            energies.in_play,
+        ] = std::array::from_fn(|i| scalars[i + 1]);
+        self.step = scalars[0] as u64;
+        self.step_is_last = step_is_last != 0.0;
+        elements.min_jacobian = Extreme { value: scalars[11], hex: scalars[12] as u32 };
+        elements.stable_time_step = Extreme { value: scalars[13], hex: scalars[14] as u32 };
+    }
+
+    fn works(&self) -> impl Iterator<Item = &CentredWork> {
+        let others = [&self.constraint_work, &self.contact_work, &self.step_change];
+        self.loads.iter().map(|load| &load.work).chain(others)
+    }
+
+    fn works_mut(&mut self) -> impl Iterator<Item = &mut CentredWork> {
+        let others = [&mut self.constraint_work, &mut self.contact_work, &mut self.step_change];
+        self.loads.iter_mut().map(|load| &mut load.work).chain(others)
+    }
+
+    /// Enters the works up to now into the ledger.
+    pub(crate) fn enter_works(&mut self) {
+        for (load, work) in self.loads.iter().zip(&mut self.energies.load_work) {
+            *work = load.work.until_now;
+        }
+        self.energies.constraint_work = self.constraint_work.until_now;
+        self.energies.contact = -self.contact_work.until_now;
+        self.energies.step_change = self.step_change.until_now;
+    }
+}

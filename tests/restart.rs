@@ -1,0 +1,460 @@
+//! A run that is stopped, killed or interrupted and taken up again is, to the last byte, the run that never stopped.
+//!
+//! Decks: a Taylor bar whose foot rebounds, a necking bar under a probe and expectations, a block that slides on a rough wall
+//! with every load; coarse meshes. Source: none is needed, the straight run is the reference. The long loops are ignored:
+//! `cargo test --release --test restart -- --include-ignored --nocapture` prints the figures of `docs/reliability.md`.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// A deck with its mesh, in a directory of its own.
+struct Workshop {
+    directory: TempDir,
+}
+
+const TAYLOR: (&str, &[&str]) = (
+    r#"
+title = "Taylor bar"
+[mesh]
+file = "mesh.msh"
+[material.copper]
+theory = "e-star"
+density = 8930.0
+young_modulus = "117 GPa"
+poisson_ratio = 0.35
+specific_heat = 383.0
+hardening = { law = "johnson-cook", a = "90 MPa", b = "292 MPa", n = 0.31, c = 0.025, m = 1.09, reference_rate = 1.0, reference_temperature = 293.0, melting_temperature = 1356.0 }
+[[part]]
+group = "bar"
+material = "copper"
+[[initial_velocity]]
+group = "bar"
+value = [0.0, 0.0, -190.0]
+[[fix]]
+group = "symmetry_x"
+directions = ["x"]
+[[fix]]
+group = "symmetry_y"
+directions = ["y"]
+[[rigid_wall]]
+point = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+[time]
+end = "40 us"
+[output]
+frames = 7
+history = "0.5 us"
+checkpoint = "20 ms"
+fields = ["displacement", "velocity", "cauchy_stress", "temperature"]
+[[probe]]
+name = "length"
+kind = "extent"
+group = "bar"
+axis = "z"
+[[expect]]
+probe = "length"
+at = "10 us"
+value = "30.7 mm"
+tolerance = "3 %"
+[[expect]]
+probe = "length"
+at = "max"
+value = "32.4 mm"
+tolerance = "1 %"
+"#,
+    &["cylinder", "--core-cells", "2", "--rings", "2", "--axial-cells", "16"],
+);
+
+const NECKING: (&str, &[&str]) = (
+    r#"
+[mesh]
+file = "mesh.msh"
+[material.steel]
+theory = "e-star"
+update = "total"
+density = "7850 kg/m^3"
+bulk_modulus = "164.21 GPa"
+shear_modulus = "80.1938 GPa"
+hardening = { law = "saturation", yield_stress = "450 MPa", saturation_stress = "715 MPa", saturation_exponent = 16.93, modulus = "129.24 MPa" }
+[[part]]
+group = "bar"
+material = "steel"
+[[fix]]
+group = "symmetry_x"
+directions = ["x"]
+[[fix]]
+group = "symmetry_y"
+directions = ["y"]
+[[fix]]
+group = "symmetry_z"
+directions = ["z"]
+[[prescribed]]
+group = "grip"
+direction = "z"
+quantity = "displacement"
+curve = [[0.0, 0.0], ["0.4 ms", "3 mm"]]
+interpolation = "smooth"
+[time]
+end = "0.4 ms"
+[output]
+every = "0.07 ms"
+history_steps = 13
+checkpoint = "20 ms"
+[[probe]]
+name = "force"
+kind = "reaction"
+group = "grip"
+direction = "z"
+[[expect]]
+probe = "force"
+at = "max"
+value = "19 kN"
+tolerance = "10 %"
+"#,
+    &["necking-bar", "--core-cells", "2", "--rings", "2", "--axial-cells", "8"],
+);
+
+const WALL: (&str, &[&str]) = (
+    r#"
+[mesh]
+file = "mesh.msh"
+[material.moving]
+theory = "e-star"
+density = 7850.0
+young_modulus = "200 GPa"
+poisson_ratio = 0.3
+hardening = { law = "linear", yield_stress = "300 MPa", modulus = "1 GPa" }
+kinematic = { law = "armstrong-frederick", modulus = "20 GPa", recovery = 100.0 }
+[[part]]
+group = "box"
+material = "moving"
+element = "hex8"
+[[initial_velocity]]
+group = "box"
+value = [60.0, 0.0, -150.0]
+angular = { rate = [0.0, 2000.0, 0.0], centre = [0.0, 0.0, 0.0] }
+[[rigid_wall]]
+point = [0.0, 0.0, -1e-3]
+normal = [0.0, 0.0, 1.0]
+friction = 0.3
+[[gravity]]
+acceleration = [0.0, 0.0, -9.81]
+[[pressure]]
+group = "z_max"
+curve = [[0.0, 0.0], ["20 us", "80 MPa"]]
+[[traction]]
+group = "x_max"
+direction = [0.0, 1.0, 0.0]
+curve = [[0.0, "1 MPa"], ["20 us", "9 MPa"]]
+interpolation = "smooth"
+[time]
+end = "60 us"
+bulk_viscosity = { linear = 0.06, quadratic = 1.2 }
+[output]
+frames = 5
+history_steps = 7
+checkpoint = "20 ms"
+"#,
+    &["box", "--size", "10 mm", "8 mm", "12 mm", "--cells", "5", "4", "6"],
+);
+
+const DECKS: [(&str, (&str, &[&str])); 3] = [("taylor", TAYLOR), ("necking", NECKING), ("friction wall", WALL)];
+
+/// What a run has left: every byte of its results, and the hash of its state.
+#[derive(PartialEq)]
+struct Results {
+    files: BTreeMap<PathBuf, Vec<u8>>,
+    state_hash: String,
+}
+
+impl Workshop {
+    fn new((deck, mesh): (&str, &[&str])) -> Self {
+        let workshop = Self { directory: tempfile::tempdir().unwrap() };
+        fs::write(workshop.path("deck.toml"), deck).unwrap();
+        let made = workshop.estar(&[&["mesh"], mesh, &["--output", "mesh.msh"]].concat());
+        assert!(made.status.success(), "{}", text(&made));
+        workshop
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_estar"));
+        command.args(arguments).current_dir(self.directory.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+
+    fn estar(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    /// Runs the deck into a directory.
+    fn run(&self, output: &str, arguments: &[&str]) -> Output {
+        self.estar(&[&["run", "deck.toml", "--quiet", "--output", output], arguments].concat())
+    }
+
+    #[track_caller]
+    fn run_well(&self, output: &str, arguments: &[&str]) {
+        let said = self.run(output, arguments);
+        assert!(said.status.success(), "{arguments:?}: {}", text(&said));
+    }
+
+    /// The straight run.
+    fn straight(&self) -> Results {
+        self.run_well("straight", &[]);
+        self.results("straight")
+    }
+
+    fn results(&self, output: &str) -> Results {
+        let directory = self.path(output);
+        let mut files = BTreeMap::new();
+        for name in ["history.csv", "results.pvd"] {
+            files.insert(PathBuf::from(name), fs::read(directory.join(name)).unwrap());
+        }
+        for entry in fs::read_dir(directory.join("fields")).unwrap() {
+            let path = entry.unwrap().path();
+            let name = Path::new("fields").join(path.file_name().unwrap());
+            files.insert(name, fs::read(path).unwrap());
+        }
+        let summary = fs::read_to_string(directory.join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        assert_eq!(summary["status"], "finished");
+        assert_eq!(summary["frames"].as_u64().unwrap() + 2, files.len() as u64);
+        Results { files, state_hash: summary["state_hash"].as_str().unwrap().to_owned() }
+    }
+
+    fn summary(&self, output: &str) -> serde_json::Value {
+        serde_json::from_str(&fs::read_to_string(self.path(output).join("summary.json")).unwrap()).unwrap()
+    }
+
+    fn checkpoints(&self, output: &str) -> Vec<String> {
+        let entries = fs::read_dir(self.path(output)).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.filter(|name| name.ends_with(".estar")).collect();
+        names.sort();
+        names
+    }
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr].concat()).into_owned()
+}
+
+#[track_caller]
+fn assert_same(found: &Results, straight: &Results, what: &str) {
+    assert_eq!(found.state_hash, straight.state_hash, "{what}");
+    assert_eq!(found.files.keys().collect::<Vec<_>>(), straight.files.keys().collect::<Vec<_>>(), "{what}");
+    for (name, bytes) in &straight.files {
+        assert!(found.files[name] == *bytes, "{what}: {} differs", name.display());
+    }
+}
+
+/// As climate codes test it: A is the straight run, B stops midway and C goes on from there: A = C.
+#[test]
+fn stopped_and_resumed_is_straight_on_any_threads_and_lanes() {
+    for (name, deck) in DECKS {
+        let workshop = Workshop::new(deck);
+        let straight = workshop.straight();
+        let steps = workshop.summary("straight")["steps"].as_u64().unwrap();
+        for (leg, stop) in [1, steps / 3, steps - 1].into_iter().enumerate() {
+            let output = format!("leg{leg}");
+            workshop.run_well(&output, &["--stop-at-step", &stop.to_string(), "--threads", "1"]);
+            assert_eq!(workshop.summary(&output)["status"], "stopped");
+            assert_eq!(workshop.summary(&output)["steps"], stop);
+            let lanes = ["portable", "avx2", "avx512"][leg];
+            let resumed = workshop.run(&output, &["--resume", "--threads", "3", "--lanes", lanes]);
+            // this machine may lack the instructions
+            if text(&resumed).contains("this machine has no") {
+                workshop.run_well(&output, &["--resume"]);
+            }
+            assert_same(&workshop.results(&output), &straight, &format!("{name}, stopped at step {stop}"));
+        }
+        // once more from the end: nothing is left to do, and nothing is doubled
+        workshop.run_well("leg0", &["--resume"]);
+        assert_same(&workshop.results("leg0"), &straight, name);
+    }
+}
+
+#[test]
+fn the_newest_two_checkpoints_are_kept_and_a_damaged_one_is_passed_over() {
+    let workshop = Workshop::new(TAYLOR);
+    let straight = workshop.straight();
+    let never = ["--set", "output.checkpoint='never'"];
+    workshop.run_well("legs", &[&["--stop-at-step", "100"], &never[..]].concat());
+    for stop in ["200", "300"] {
+        workshop.run_well("legs", &[&["--resume", "--stop-at-step", stop], &never[..]].concat());
+    }
+    assert_eq!(workshop.checkpoints("legs"), ["checkpoint_000000000200.estar", "checkpoint_000000000300.estar"]);
+    let newest = workshop.path("legs").join("checkpoint_000000000300.estar");
+    let whole = fs::read(&newest).unwrap();
+    let mut damaged = whole.clone();
+    damaged[whole.len() / 2] ^= 1;
+    for (bytes, reason) in [
+        (damaged, "its checksum is not that of its content"),
+        (whole[..whole.len() - 9].to_vec(), "bytes of the"),
+        (b"title = \"a deck\"\n[time]\nend = 1.0".to_vec(), "is no checkpoint"),
+    ] {
+        fs::write(&newest, bytes).unwrap();
+        let said = workshop.run("legs", &[&["--resume", "--stop-at-step", "200"], &never[..]].concat());
+        assert!(said.status.success(), "{}", text(&said));
+        let told = format!("warning: checkpoint_000000000300.estar cannot be taken up: it {}", "");
+        assert!(text(&said).contains(told.trim_end()) && text(&said).contains(reason), "{}", text(&said));
+    }
+    // with none that is whole it ends, and says why of each
+    for name in workshop.checkpoints("legs") {
+        fs::write(workshop.path("legs").join(name), "").unwrap();
+    }
+    let said = workshop.run("legs", &[&["--resume"], &never[..]].concat());
+    assert_eq!(said.status.code(), Some(4));
+    assert_eq!(text(&said).matches("cannot be taken up: it is no checkpoint").count(), 2, "{}", text(&said));
+    // other overrides are another deck; without them the run is the straight one again
+    workshop.run_well("again", &["--stop-at-step", "100"]);
+    workshop.run_well("again", &["--resume"]);
+    assert_same(&workshop.results("again"), &straight, "resumed from step 100");
+}
+
+#[test]
+fn a_checkpoint_of_another_run_is_refused_with_the_reason() {
+    let workshop = Workshop::new(WALL);
+    workshop.run_well("out", &["--stop-at-step", "50"]);
+    let refused = |arguments: &[&str], reason: &str| {
+        let said = workshop.run("out", &[&["--resume"], arguments].concat());
+        assert_eq!(said.status.code(), Some(4), "{}", text(&said));
+        let told = text(&said);
+        assert!(told.contains("checkpoint_000000000050.estar cannot be taken up") && told.contains(reason), "{told}");
+    };
+    refused(&["--set", "time.end='70 us'"], "it is of another deck");
+    refused(&["--set", "mesh.scale=2.0"], "it is of another mesh");
+    let deck = fs::read_to_string(workshop.path("deck.toml")).unwrap();
+    fs::write(workshop.path("deck.toml"), deck.replace("friction = 0.3", "friction = 0.2")).unwrap();
+    refused(&[], "it is of another deck");
+    fs::write(workshop.path("deck.toml"), &deck).unwrap();
+    let mesh = fs::read(workshop.path("mesh.msh")).unwrap();
+    let other = [
+        "mesh", "box", "--size", "10 mm", "8 mm", "12 mm", "--cells", "5", "4", "7", "--force", "--output", "mesh.msh",
+    ];
+    assert!(workshop.estar(&other).status.success());
+    refused(&[], "it is of another mesh");
+    fs::write(workshop.path("mesh.msh"), mesh).unwrap();
+
+    // the version is in the head, whose checksum a later version would have written
+    let path = workshop.path("out").join("checkpoint_000000000050.estar");
+    let bytes = fs::read(&path).unwrap();
+    let version = env!("CARGO_PKG_VERSION");
+    let head = String::from_utf8_lossy(&bytes[24..2000]).find(&format!("\"version\":\"{version}\"")).unwrap();
+    assert!(head < 2000);
+    let nothing = workshop.run("nowhere", &["--resume"]);
+    assert_eq!(nothing.status.code(), Some(4));
+    assert!(text(&nothing).contains("nowhere has no checkpoint to resume from"), "{}", text(&nothing));
+    workshop.run_well("out", &["--resume"]);
+    // with results in the directory one of the two must be said
+    let neither = workshop.run("out", &[]);
+    assert_eq!(neither.status.code(), Some(2));
+    assert!(text(&neither).contains("--resume"), "{}", text(&neither));
+    let both = workshop.run("out", &["--resume", "--force"]);
+    assert_eq!(both.status.code(), Some(2), "{}", text(&both));
+}
+
+/// Runs the deck until it is finished, killed with SIGKILL after each of the given times, and resumed when there is a
+/// checkpoint to resume from. The number of kills that met a run.
+fn killed_again_and_again(workshop: &Workshop, output: &str, mut waits: impl FnMut() -> Duration) -> u32 {
+    let mut kills = 0;
+    loop {
+        let has_checkpoint = workshop.path(output).is_dir() && !workshop.checkpoints(output).is_empty();
+        let how = if has_checkpoint { "--resume" } else { "--force" };
+        let threads = if kills % 2 == 0 { "2" } else { "1" };
+        let arguments = ["run", "deck.toml", "--quiet", "--output", output, how, "--threads", threads];
+        let mut child = workshop.command(&arguments).spawn().unwrap();
+        let end = Instant::now() + waits();
+        loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                let said = child.wait_with_output().unwrap();
+                assert!(status.success(), "after {kills} kills: {}", text(&said));
+                return kills;
+            }
+            if Instant::now() >= end {
+                child.kill().unwrap();
+                child.wait().unwrap();
+                kills += 1;
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+/// Numbers that differ from run to run, as moments of kills do.
+struct Moments(u64);
+
+impl Moments {
+    fn new() -> Self {
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
+        Self(now.as_nanos() as u64 | 1)
+    }
+
+    /// A time up to `longest`.
+    fn next(&mut self, longest: Duration) -> Duration {
+        // xorshift (Marsaglia 2003)
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        longest.mul_f64((self.0 >> 11) as f64 / (1_u64 << 53) as f64)
+    }
+}
+
+fn kill_loop(least_kills: u32) {
+    let mut moments = Moments::new();
+    for (name, deck) in DECKS {
+        let workshop = Workshop::new(deck);
+        let straight = workshop.straight();
+        let (mut kills, mut runs) = (0, 0);
+        while kills < least_kills {
+            let output = format!("killed{runs}");
+            kills += killed_again_and_again(&workshop, &output, || moments.next(Duration::from_millis(400)));
+            assert_same(&workshop.results(&output), &straight, &format!("{name}, run {runs}"));
+            fs::remove_dir_all(workshop.path(&output)).unwrap();
+            runs += 1;
+        }
+        println!(
+            "{name}: {kills} kills in {runs} runs, no row or frame lost or doubled, state {}",
+            straight.state_hash
+        );
+    }
+}
+
+#[test]
+fn a_run_that_is_killed_at_any_moment_ends_as_the_straight_one() {
+    kill_loop(6);
+}
+
+#[test]
+#[ignore = "long"]
+fn two_hundred_kills_lose_nothing() {
+    kill_loop(70);
+}
+
+#[test]
+#[ignore = "long"]
+fn every_number_of_threads_straight_and_resumed_has_one_hash() {
+    for (name, deck) in DECKS {
+        let workshop = Workshop::new(deck);
+        let straight = workshop.straight();
+        for threads in ["1", "2", "3", "5", "8"] {
+            let output = format!("straight{threads}");
+            workshop.run_well(&output, &["--threads", threads]);
+            assert_same(&workshop.results(&output), &straight, &format!("{name}, {threads} threads"));
+            let output = format!("resumed{threads}");
+            let half = (workshop.summary("straight")["steps"].as_u64().unwrap() / 2).to_string();
+            workshop.run_well(&output, &["--stop-at-step", &half, "--threads", "2"]);
+            workshop.run_well(&output, &["--resume", "--threads", threads]);
+            assert_same(&workshop.results(&output), &straight, &format!("{name}, resumed on {threads} threads"));
+        }
+        println!("{name}: threads 1, 2, 3, 5, 8, straight and resumed: state {}", straight.state_hash);
+    }
+}
