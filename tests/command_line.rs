@@ -512,8 +512,7 @@ fn meshes_are_made_and_described() {
 #[test]
 fn an_element_that_does_not_suit_a_material_is_warned_of() {
     let workshop = Workshop::new();
-    let soil =
-        "theory = \"hencky\"\nyield_surface = { kind = \"mohr-coulomb\", friction_angle = 0.5, cohesion = \"1 MPa\" }";
+    let soil = "theory = \"hencky\"\nyield_surface = { kind = \"mohr-coulomb\", friction_angle = \"0.5 rad\", cohesion = \"1 MPa\" }";
     let deck = DECK.replacen("theory = \"elastic\"", soil, 1);
     workshop.run_deck(&deck, &[]).assert(0, &["warning: plastic flow that changes the volume", "element = \"hex8\""]);
     let full = deck.replacen("material = \"rubber\"\n", "material = \"rubber\"\nelement = \"hex8\"\n", 1);

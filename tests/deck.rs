@@ -241,7 +241,18 @@ fn parameters_of_johnson_cook_are_checked_each_at_its_place() {
         &after("\"1083 degC\"", "\"10 degC\""),
         &["material.copper.hardening.melting_temperature = 283.15", "must be above reference_temperature"],
     );
-    assert_told(&after("\"20 degC\"", "\"-300 degC\""), &["reference_temperature` must be 0 or greater"]);
+    assert_told(
+        &after("\"20 degC\"", "\"-300 degC\""),
+        &["reference_temperature` must be 0 or greater", "this is -26.85", " K"],
+    );
+    // degrees Celsius without the unit
+    assert_told(
+        &after("\"20 degC\"", "20.0"),
+        &["warning: `material.copper.hardening.reference_temperature` is 20.0 K", "\"20.0 degC\""],
+    );
+    assert_told(&after("hardening = {", "hardening = \"\" #"), &["`material.copper.hardening` must be a table"]);
+    let lacks = told_with("theory = \"e-star\"", "");
+    assert_told(&lacks, &["`material.copper` lacks `hardening`", "a table with `law`"]);
     assert_told(&after("\nspecific_heat = \"383 J/(kg K)\"", ""), &["heats and needs `specific_heat`", "460 J/(kg K)"]);
     assert_told(&after("\"383 J/(kg K)\"", "\"383 W\""), &["specific_heat"]);
     assert_told(
@@ -268,7 +279,19 @@ fn surfaces_of_soils_are_read_and_their_angles_checked() {
     assert_eq!(told(&format!("{cone}, dilatancy_angle = 0.0"), ""), "");
     assert_eq!(told(pyramid, ""), "");
     assert_told(&told(&format!("{cone}, dilatancy_angle = \"31 deg\""), ""), &["dilatancy_angle = 0.54", "^^^^^^^^"]);
-    assert_told(&told(&pyramid.replace("30 deg", "90 deg"), ""), &["friction_angle = 1.57", "a right angle"]);
+    assert_told(
+        &told(&pyramid.replace("30 deg", "90 deg"), ""),
+        &["material.copper.yield_surface.friction_angle = 1.57", "a right angle"],
+    );
+    assert_told(
+        &told(&pyramid.replace("\"30 deg\"", "30"), ""),
+        &["friction_angle` is an angle without a unit", "\"30 deg\" or \"30 rad\""],
+    );
+    assert_eq!(told(&pyramid.replace("30 deg", "0.5 rad"), ""), "");
+    assert_told(
+        &told(&pyramid.replace("friction_angle = \"30 deg\", ", ""), ""),
+        &["such as friction_angle = \"30 deg\""],
+    );
     assert_told(&told(&pyramid.replace("\"2 MPa\"", "0.0"), ""), &["cohesion` must be greater than 0"]);
     assert_told(&told(&pyramid.replace(", cohesion = \"2 MPa\"", ""), ""), &["lacks `cohesion`"]);
     assert_told(

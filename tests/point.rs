@@ -67,7 +67,7 @@ fn every_shipped_deck_runs_and_leaves_a_table_and_two_pictures() {
         assert!(output.status.success(), "{}: {}", deck.display(), String::from_utf8_lossy(&output.stderr));
         assert!(table.column("time").len() > 100, "{}", deck.display());
         for (name, values) in &table.0 {
-            let may_be_empty = name.ends_with("hardening_index") || name.ends_with("temperature");
+            let may_be_empty = name.ends_with("ing_index") || name.ends_with("temperature");
             assert!(may_be_empty || values.iter().all(|value| value.is_finite()), "{}: {name}", deck.display());
         }
         let png = fs::read(directory.path().join("point.png")).unwrap();
@@ -160,8 +160,8 @@ fn the_table_has_the_promised_columns_and_rows() {
     let text = fs::read_to_string(directory.path().join("point.csv")).unwrap();
     let head = "time,driven,F11,F12,F13,F21,F22,F23,F31,F32,F33,T11,T22,T33,T12,T13,T23,R11,R22,R33,R12,R13,R23,S11,S22,S33,\
                 S12,S13,S23,E11,E22,E33,E12,E13,E23,Ep11,Ep22,Ep33,Ep12,Ep13,Ep23,Es11,Es22,Es33,Es12,Es13,Es23,\
-                Ed11,Ed22,Ed33,Ed12,Ed13,Ed23,equivalent_plastic_strain,hardening_index,dissipation,internal_energy,det_Cp,\
-                temperature,resting.F11,";
+                Ed11,Ed22,Ed33,Ed12,Ed13,Ed23,equivalent_plastic_strain,hardening_index,loading_index,dissipation,\
+                internal_energy,det_Cp,temperature,resting.F11,";
     assert!(text.starts_with(head), "{}", text.lines().next().unwrap());
     // 0, 7, 14, ..., 1799 and the last of 1800 steps
     assert_eq!(table.column("time").len(), 1 + 1800 / 7 + 1);
@@ -341,6 +341,14 @@ fn what_is_compared_must_be_there_and_fit() {
     let plastic = plastic.replace("rate = \"jaumann\"\n", "");
     assert_eq!(told(&plastic.replace("compare = [\"copper\"]", "compare = [\"elastic\", \"steel\"]")), "");
     assert_told(&told(&plastic.replace("compare = [\"copper\"]", "compare = [\"box\"]")), &["cannot have \"box\""]);
+    // a fault of the material is told once
+    let faulty =
+        plastic.replace("compare = [\"copper\"]", "compare = [\"hencky\"]").replace("\"117 GPa\"", "\"117 GPs\"");
+    assert_told(&told(&faulty), &["`GPs` is not known", "1 error "]);
+    // a yield surface that one theory has
+    let soil = format!("{SOIL}{}", PULLED.replace("steps", "compare = [\"e-star\"]\nsteps"));
+    assert_told(&told(&soil), &["cannot have \"e-star\": it does not know the yield surface", "1 error "]);
+    assert_eq!(told(&soil.replace("\"e-star\"", "\"elastic\"")), "");
 }
 
 #[test]
@@ -352,6 +360,9 @@ fn panels_name_columns_of_one_kind() {
     assert_told(&panel("[\"T99\"]"), &["point.csv has no column \"T99\"", "the columns are time, driven"]);
     assert_told(&panel("[\"equivalent_plastic_strian\"]"), &["did you mean \"equivalent_plastic_strain\"?"]);
     assert_told(&told_after("x = \"driven\"", "x = 1"), &["`plot.x` must be a string"]);
+    let cold = ["shows a temperature, but no material", "the law johnson-cook"];
+    assert_told(&panel("[\"temperature\"]"), &cold);
+    assert_told(&told_after("x = \"driven\"", "x = \"temperature\""), &cold);
 }
 
 #[test]
@@ -401,6 +412,15 @@ fn what_goes_wrong_on_the_way_is_told_and_what_came_before_is_kept() {
     assert_told(&errors, &["error: steel: step ", "from time 1.", "error: copper: step "]);
     assert!(table.column("time").len() > 5 && kept.path().join("point.png").is_file());
 
+    // a first step that cannot be made leaves the undeformed state, and nothing to draw
+    let at_once = format!(
+        "{SOIL}[path]\nkind = \"deformation-gradient\"\ncurve = [[0, 1,0,0, 0,1,0, 0,0,1], [1, -1,0,0, 0,-1,0, 0,0,1]]\nsteps = 1\n"
+    );
+    let (code, errors, kept, table) = run(&at_once);
+    assert_eq!((code, table.column("time").len()), (Some(3), 1), "{errors}");
+    assert_told(&errors, &["error: soil: step 1, from time 0.0 s"]);
+    assert!(!kept.path().join("point.png").exists());
+
     let missing = Command::new(env!("CARGO_BIN_EXE_estar")).args(["point", "no/such/deck.toml"]).output().unwrap();
     assert_eq!(missing.status.code(), Some(4));
     fs::write(&deck, GOOD).unwrap();
@@ -409,6 +429,34 @@ fn what_goes_wrong_on_the_way_is_told_and_what_came_before_is_kept() {
     assert_eq!(occupied.unwrap().status.code(), Some(4));
     let no_deck = Command::new(env!("CARGO_BIN_EXE_estar")).arg("point").output().unwrap();
     assert_eq!(no_deck.status.code(), Some(2));
+}
+
+const SOIL: &str = "[material.soil]\ndensity = 2000.0\nyoung_modulus = \"1 GPa\"\npoisson_ratio = 0.3\ntheory = \"hencky\"\n\
+                    yield_surface = { kind = \"mohr-coulomb\", friction_angle = \"30 deg\", cohesion = \"1 MPa\" }\n";
+const PULLED: &str =
+    "[path]\nkind = \"uniaxial-stress\"\nmeasure = \"logarithmic\"\ncurve = [[0, 0], [1, 0.1]]\nsteps = 100\n";
+
+#[test]
+fn verdicts_on_flow_rules_are_written_for_programs() {
+    let (output, kept, _) = point(&shipped("flow-rules.toml"), &[]);
+    let text = fs::read_to_string(kept.path().join("consistency.json")).unwrap();
+    let verdicts: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let verdicts = verdicts.as_array().unwrap();
+    assert_eq!(verdicts.len(), 7);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    for verdict in verdicts {
+        let faulty = ["Simo & Hughes", "Frobenius-normal"].contains(&verdict["material"].as_str().unwrap());
+        assert_eq!(verdict["verdict"], if faulty { "not consistent" } else { "consistent" }, "{verdict}");
+        assert!(verdict["flowing_steps"].as_u64().unwrap() > 10, "{verdict}");
+    }
+    assert_told(&said, &["det drift", "not consistent"]);
+
+    // where nothing flows nothing is shown
+    let elastic = "material.solid.hardening.yield_stress='1e6 GPa'";
+    let (output, kept, _) = point(&shipped("flow-rules.toml"), &["--set", elastic, "--set", "path.steps=100"]);
+    assert_told(&String::from_utf8_lossy(&output.stdout), &["no flow: no verdict"]);
+    let text = fs::read_to_string(kept.path().join("consistency.json")).unwrap();
+    assert_told(&text, &["\"flowing_steps\": 0", "\"least_dissipation\": null"]);
 }
 
 #[test]

@@ -92,7 +92,7 @@ pub fn resolve(deck: &Deck, diagnostics: &mut Diagnostics) -> Vec<Expectation> {
             if let Some(given) = given.filter(|given| *given != wanted) {
                 let name = &entry.probe.0.value;
                 let message = format!("`expect.{what}` is {given}, but the probe `{name}` gives {wanted}");
-                let help = format!("such as \"{}\"", wanted.example());
+                let help = format!("such as \"1 {}\"", wanted.si_unit());
                 diagnostics.push(Diagnostic::error(message).at(span, format!("{wanted} is needed")).help(help));
             }
         };
@@ -101,7 +101,9 @@ pub fn resolve(deck: &Deck, diagnostics: &mut Diagnostics) -> Vec<Expectation> {
         if !tolerance.is_percentage {
             dimension_fault("tolerance", tolerance.dimension, entry.tolerance.span);
         }
-        let allowed = if tolerance.is_percentage { tolerance.value * value.value.abs() } else { tolerance.value };
+        // a tolerance is a difference: 5 °C more or less are 5 K
+        let difference = tolerance.value - tolerance.zero;
+        let allowed = if tolerance.is_percentage { tolerance.value * value.value.abs() } else { difference };
         if allowed < 0.0 || (allowed == 0.0 && tolerance.is_percentage) {
             let message = "`expect.tolerance` allows no deviation at all";
             let help = "a percentage of a value other than 0, or a quantity in the unit of the probe";

@@ -240,7 +240,8 @@ impl<K: KinematicRule, H: Hardening> Material for EStar<K, H> {
     fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64> {
         let back_stress = K::back_stress(&state.back_stress);
         let relative = state.rotated_stress.deviator() - back_stress;
-        let slope = self.hardening.slope_of_flow(state.equivalent_plastic_strain, &state.memory)
+        let flow_stress = von_mises(&relative);
+        let slope = self.hardening.slope_of_flow(state.equivalent_plastic_strain, &state.memory, flow_stress)
             + self.kinematic.back_stress_slope(&back_stress, &relative);
         Some(radial_hardening_index(&self.elasticity, slope))
     }

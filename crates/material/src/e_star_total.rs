@@ -74,8 +74,8 @@ impl<H: Hardening> EStarTotal<H> {
         TotalReturn { elastic_metric, plastic_increment, flow }
     }
 
-    /// The return along the normal n of `metric`, after `increment_before` of earlier stages, as far as the yield surface or `upper_bound`: with p = Δε̄ᵖ and
-    /// x = −2 Δγ = −√6 p,
+    /// The return along the normal n of `metric`, after `increment_before` of earlier stages, as far as the yield surface or
+    /// `upper_bound`: with p = Δε̄ᵖ and x = −2 Δγ = −√6 p,
     ///
     /// √(3/2) μ ‖dev(b exp(x n))‖ = σ_y(ε̄ᵖ + p).
     ///
@@ -192,9 +192,10 @@ impl<H: Hardening> Material for EStarTotal<H> {
             state.inverse_plastic_metric = SymmetricTensor::select(yields, &plastic, &old.inverse_plastic_metric);
             state.stress = SymmetricTensor::select(yields, &self.stress(&returned.elastic_metric), &trial_stress);
             state.equivalent_plastic_strain = strain_old + returned.plastic_increment;
+            // the ledger's share of the stress power by the same rule as the whole of it
             dissipation = stress_power(&old.stress, &state.stress, &returned.flow).max(zero);
-            // J ½ (T_n + T_{n+1}) : Δε_p, which no turn of the step changes: dev T_n = dev(T_trial − 2μ Δt sym(D b)) with
-            // b = b_trial − Δt sym(D b_trial) half way back
+            // a temperature must not depend on how the step turns: J ½ (T_n + T_{n+1}) : Δε_p with dev T_n = dev(T_trial −
+            // 2μ Δt sym(D b)), b = b_trial − Δt sym(D b_trial) half way back
             let step = motion.strain_increment.to_tensor();
             let moved = inlined!(|metric: SymmetricTensor<R>| step.dot(&metric.to_tensor()).symmetric_part());
             let half_way = trial - moved(trial);
@@ -225,7 +226,8 @@ impl<H: Hardening> Material for EStarTotal<H> {
 
     /// Φ = H/(3μ + H), to the order of the elastic strain.
     fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64> {
-        let slope = self.hardening.slope_of_flow(state.equivalent_plastic_strain, &state.memory);
+        let flow_stress = von_mises(&state.stress.deviator());
+        let slope = self.hardening.slope_of_flow(state.equivalent_plastic_strain, &state.memory, flow_stress);
         Some(radial_hardening_index(&self.elasticity, slope))
     }
 

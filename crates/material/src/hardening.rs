@@ -40,8 +40,8 @@ pub trait Hardening: Clone + Send + Sync + 'static {
         None
     }
 
-    /// dσ_y/dε̄ᵖ, Pa, along a slow flow from ε̄ᵖ and a memory on.
-    fn slope_of_flow(&self, plastic_strain: f64, memory: &Self::Memory<f64>) -> f64;
+    /// dσ_y/dε̄ᵖ, Pa, along a flow that goes on at its rate and now has the flow stress `flow_stress` (Pa).
+    fn slope_of_flow(&self, plastic_strain: f64, memory: &Self::Memory<f64>, flow_stress: f64) -> f64;
 }
 
 /// What the flow of a step starts from.
@@ -86,7 +86,7 @@ impl Hardening for IsotropicHardening {
     #[inline(always)]
     fn heated<R: Real>(&self, _: (), _: R) {}
 
-    fn slope_of_flow(&self, plastic_strain: f64, _: &()) -> f64 {
+    fn slope_of_flow(&self, plastic_strain: f64, _: &(), _: f64) -> f64 {
         self.at(plastic_strain).slope
     }
 }

@@ -112,8 +112,10 @@ impl<S: PrincipalSurface> Material for Hencky<S> {
             state.inverse_plastic_metric =
                 SymmetricTensor::select(returned.yields, &metric, &old.inverse_plastic_metric);
             state.equivalent_plastic_strain = old.equivalent_plastic_strain + returned.plastic_increment;
+            // the ledger's share of the stress power by the same rule as the whole of it
             dissipation = stress_power(&old.stress, &state.stress, &in_space(returned.flow)).max(R::splat(0.0));
-            // ½ (τ_n + τ_{n+1}) : Δε_p with τ_n = τ_trial − 2μ Δt D but for its mean, which no turn of the step changes
+            // a temperature must not depend on how the step turns: ½ (τ_n + τ_{n+1}) : Δε_p with τ_n = τ_trial − 2μ Δt D but
+            // for its mean, on which flow that keeps the volume, as of every law with a temperature, does no work
             let strained = motion.strain_increment.pulled_by(&trial.vectors).0;
             let two_mu = 2.0 * self.elasticity.shear_modulus();
             let [a, b, c] = array(|i| {
@@ -143,6 +145,7 @@ impl<S: PrincipalSurface> Material for Hencky<S> {
         state.plastic_metric()
     }
 
+    /// Φ at the Cauchy stress: to the order of the elastic strain.
     fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64> {
         let principal_stress = state.stress.eigensystem().values;
         let strain = state.equivalent_plastic_strain;

@@ -183,8 +183,9 @@ impl Hardening for JohnsonCook {
         Some(self.taylor_quinney)
     }
 
-    /// ∂σ_y/∂ε̄ᵖ + ∂σ_y/∂θ β σ_y/(ρ₀ c): below zero where heating softens more than strain hardens.
-    fn slope_of_flow(&self, plastic_strain: f64, memory: &Temperature<f64>) -> f64 {
+    /// ∂σ_y/∂ε̄ᵖ + ∂σ_y/∂θ β σ_y/(ρ₀ c), below zero where heating softens more than strain hardens; the factor of the rate is
+    /// that by which the flow stress exceeds that of slow flow.
+    fn slope_of_flow(&self, plastic_strain: f64, memory: &Temperature<f64>, flow_stress: f64) -> f64 {
         let slow = self.strain_hardening.at(plastic_strain);
         let homologous = (memory.temperature - self.reference_temperature) * self.per_temperature_range;
         let thermal = self.thermal_factor(memory.temperature);
@@ -193,8 +194,9 @@ impl Hardening for JohnsonCook {
         } else {
             0.0
         };
-        let heating = self.heating_per_dissipation * slow.stress * thermal;
-        slow.slope * thermal - slow.stress * softening * heating
+        let heating = self.heating_per_dissipation * flow_stress;
+        let rate_term = flow_stress / (slow.stress * thermal);
+        rate_term * (slow.slope * thermal - slow.stress * softening * heating)
     }
 }
 
@@ -263,23 +265,31 @@ mod tests {
     }
 
     #[test]
-    fn slow_flow_hardens_at_first_and_softens_when_heat_outweighs_strain() {
+    fn flow_hardens_at_first_and_softens_when_heat_outweighs_strain() {
         let law = law(|_| ());
         let memory = |temperature| Temperature { temperature };
-        for (strain, temperature) in [(0.05, 310.0), (0.5, 500.0), (1.5, 900.0)] {
-            // dσ_y along dε̄ᵖ with the heat of its own dissipation
+        let slope = |strain: f64, temperature: f64, rate: f64| {
+            // an increment that is nothing, at the rate
             let step = 1e-6;
-            let stress = |p: f64| {
-                let dissipation = law.flow_stress(&start(strain, temperature, 1.0), 0.0).stress * p;
-                let heated = law.heated(memory(temperature), dissipation);
-                law.flow_stress(&start(strain + p, heated.temperature, 1.0), 0.0).stress
+            let at = |p: f64, temperature: f64| {
+                law.flow_stress(&start(strain + p - step, temperature, step / rate), step).stress
             };
+            let flow_stress = at(0.0, temperature);
+            // dσ_y along dε̄ᵖ with the heat of its own dissipation
+            let stress = |p: f64| at(p, law.heated(memory(temperature), flow_stress * p).temperature);
             let difference = (stress(step) - stress(-step)) / (2.0 * step);
-            let slope = law.slope_of_flow(strain, &memory(temperature));
-            assert!((slope / difference - 1.0).abs() < 1e-6, "{slope} {difference}");
+            let slope = law.slope_of_flow(strain, &memory(temperature), flow_stress);
+            assert!((slope / difference - 1.0).abs() < 1e-5, "{slope} {difference}");
+            slope
+        };
+        for rate in [1e-3, 1e5] {
+            assert!(slope(0.05, 310.0, rate) > 0.0);
+            assert!(slope(1.5, 900.0, rate) < 0.0);
         }
-        assert!(law.slope_of_flow(0.05, &memory(310.0)) > 0.0);
-        assert!(law.slope_of_flow(1.5, &memory(900.0)) < 0.0);
+        // where slow flow still hardens fast flow softens
+        let strains = (5..150).map(|percent| 0.01 * f64::from(percent));
+        let between = strains.filter(|strain| slope(*strain, 420.0, 1e-3) > 0.0 && slope(*strain, 420.0, 1e7) < 0.0);
+        assert!(between.count() > 1);
     }
 
     #[test]

@@ -43,7 +43,7 @@ pub use hardening::{FlowStart, FlowStress, Hardening, IsotropicHardening, Kinema
 pub use hencky::Hencky;
 pub use johnson_cook::{AdiabaticHeating, JohnsonCook, JohnsonCookParameters, Temperature};
 pub use kinematics::{Motion, PointGradients, ReferenceMotion, RotatedMotion, SpatialMotion, StepKinematics};
-pub use loading::{Loading, LoadingCriterion};
+pub use loading::{Loading, LoadingCriterion, loading_normal};
 pub use material::{Material, MaterialModel, MaterialUpdate, MaterialVisitor, PointState};
 pub use metric_state::MetricState;
 pub use objective_rate::{Hypoelastic, HypoelasticState, ObjectiveRate, Turning};

@@ -37,17 +37,21 @@ pub struct LoadingCriterion {
 /// A g this small beside K² is 0.
 const ON_SURFACE: f64 = 1e-9;
 
+/// Γ = 2μ dev T (I + 2 R_* E_* R_*ᵀ) at the Cauchy stress T; Pa².
+pub fn loading_normal(elasticity: &IsotropicElasticity, stress: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
+    // I + 2 R_* E_* R_*ᵀ, and the product of two tensors with the same axes
+    let elastic_metric = (elastic_strain(elasticity, stress) * 2.0).plus_spherical(1.0);
+    let product = stress.deviator().to_tensor().dot(&elastic_metric.to_tensor()).symmetric_part();
+    product * (2.0 * elasticity.shear_modulus())
+}
+
 impl LoadingCriterion {
     /// At the Cauchy stress T, where the flow stress is σ_y; Pa.
     pub fn new(elasticity: &IsotropicElasticity, stress: &SymmetricTensor<f64>, flow_stress: f64) -> Self {
-        let deviator = stress.deviator();
         let radius_squared = flow_stress * flow_stress / 3.0;
-        // I + 2 R_* E_* R_*ᵀ, and the product of two tensors with the same axes
-        let elastic_metric = (elastic_strain(elasticity, stress) * 2.0).plus_spherical(1.0);
-        let product = deviator.to_tensor().dot(&elastic_metric.to_tensor()).symmetric_part();
         Self {
-            yield_function: 0.5 * deviator.norm_squared() - radius_squared,
-            normal: product * (2.0 * elasticity.shear_modulus()),
+            yield_function: 0.5 * stress.deviator().norm_squared() - radius_squared,
+            normal: loading_normal(elasticity, stress),
             radius_squared,
         }
     }

@@ -144,7 +144,7 @@ macro_rules! materials {
         }
 
         impl MaterialModel {
-            /// Hands the theory to the visitor. This is the only place that tells one theory from another.
+            /// Hands the theory to the visitor: the way to all that is the same for every theory.
             pub fn visit<V: MaterialVisitor>(&self, visitor: V) -> V::Output {
                 match self {
                     $(Self::$name(material) => visitor.visit(material),)+

@@ -4,8 +4,8 @@
 //! stretches of a test under uniaxial stress are found step by step.
 
 use crate::factors::{Factors, metric, strain};
-use crate::{Material, MaterialUpdate, Motion, PointGradients, StepKinematics};
-use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3};
+use crate::{Material, MaterialUpdate, Motion, PointGradients, PointState, StepKinematics, loading_normal};
+use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor};
 
 /// One material point with its history.
 #[derive(Clone, Debug)]
@@ -15,6 +15,7 @@ pub struct MaterialPoint<'a, M: Material, R: Real = f64> {
     rotation: Rotation<R>,
     deformation_gradient: Tensor<R>,
     stress: SymmetricTensor<R>,
+    rate_of_deformation: SymmetricTensor<R>,
     internal_energy: R,
     plastic_dissipation: R,
 }
@@ -28,6 +29,7 @@ impl<'a, M: Material, R: Real> MaterialPoint<'a, M, R> {
             rotation: Rotation::identity(),
             deformation_gradient: Tensor::identity(),
             stress: SymmetricTensor::zero(),
+            rate_of_deformation: SymmetricTensor::zero(),
             internal_energy: R::splat(0.0),
             plastic_dissipation: R::splat(0.0),
         }
@@ -41,6 +43,7 @@ impl<'a, M: Material, R: Real> MaterialPoint<'a, M, R> {
         let gradients = PointGradients { reference: Tensor::identity(), position: *target, velocity: rate };
         let rotation = Rotation::nearest(target, self.rotation);
         let (incremental_displacement_gradient, volume_half) = gradients.incremental_displacement_gradient(time_step);
+        self.rate_of_deformation = incremental_displacement_gradient.symmetric_part() * R::splat(time_step.recip());
         let motion = M::Motion::new(&StepKinematics {
             incremental_displacement_gradient,
             deformation_gradient: *target,
@@ -130,7 +133,7 @@ impl Control {
         Self::deformation_gradient(diagonal([stretch, 1.0, 1.0]))
     }
 
-    /// F = diag(λ, λ₂, λ₃) with the λ₂ and λ₃ that leave T₂₂ = T₃₃ = 0.
+    /// F = diag(λ, λ₂, λ₂) with the λ₂ that leaves T₂₂ = T₃₃ = 0: every material here is isotropic.
     pub fn uniaxial_stress(stretch: f64) -> Self {
         Self { free_axes: &[1, 2], ..Self::uniaxial_strain(stretch) }
     }
@@ -145,11 +148,11 @@ impl Control {
         Self::deformation_gradient(Tensor::from_rows([[1.0, shear, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
     }
 
-    /// F with the components F_ii of the free axes multiplied by e^`logarithms[i]` from those of `last`.
-    fn stretched(&self, last: &Tensor<f64>, logarithms: Vector3<f64>) -> Tensor<f64> {
+    /// F with the components F_ii of the free axes multiplied by e^`logarithm` from those of `last`.
+    fn stretched(&self, last: &Tensor<f64>, logarithm: f64) -> Tensor<f64> {
         let mut gradient = self.deformation_gradient;
         for &axis in self.free_axes {
-            gradient.columns[axis].0[axis] = last.at(axis, axis) * logarithms.0[axis].exp();
+            gradient.columns[axis].0[axis] = last.at(axis, axis) * logarithm.exp();
         }
         gradient
     }
@@ -176,9 +179,9 @@ pub enum PointError {
         /// det F half way.
         jacobian: f64,
     },
-    /// A stress is not finite.
+    /// A stress, or a number of the history, is not finite.
     #[error(
-        "the stress is not finite: the deformation or the stiffness is beyond what numbers hold, or the flow rule leads to no \
+        "the stress, or what the material remembers, is not finite: the deformation or the stiffness is beyond what numbers hold, or the flow rule leads to no \
          admissible stress any more"
     )]
     NotFinite,
@@ -209,15 +212,10 @@ pub struct PathError {
 /// A trial of a controlled step.
 struct Trial<'a, M: Material> {
     point: MaterialPoint<'a, M>,
-    /// T_ii of the free axes, zero elsewhere, Pa.
-    residual: Vector3<f64>,
-    logarithms: Vector3<f64>,
-}
-
-impl<'a, M: Material> Trial<'a, M> {
-    fn size(&self) -> f64 {
-        self.residual.0.iter().fold(0.0, |largest, stress| largest.max(stress.abs()))
-    }
+    /// By how much the logarithms of the free stretches grow.
+    logarithm: f64,
+    /// Lateral Kirchhoff stress J T_ii, Pa. The Cauchy stress falls where the body only swells, and would lead astray.
+    residual: f64,
 }
 
 /// Volume half way through a step beside that at its ends. A turn by half a revolution has none half way; one by 179.9
@@ -227,14 +225,12 @@ const FLATTEST: f64 = 7e-7;
 const BALANCED: f64 = 1e-10;
 /// A stress this small beside the P-wave modulus is rounding.
 const ROUNDING: f64 = 1e-15;
-/// Corrections of the lateral stretches. Newton's method takes three to six, and more only across a corner of the response.
-const MOST_CORRECTIONS: usize = 50;
-/// Halvings of a correction until it helps.
-const MOST_HALVINGS: i32 = 40;
-/// Difference in a logarithmic stretch from which a slope is taken.
-const SLOPE_STEP: f64 = 1e-8;
-/// Logarithmic stretch that no correction exceeds.
+/// Corrections of the lateral stretch. The secant takes three to eight, and more only across a corner of the response.
+const MOST_CORRECTIONS: usize = 100;
+/// Growth of a logarithmic stretch that no correction exceeds.
 const LARGEST_CORRECTION: f64 = 0.5;
+/// Growth of a logarithmic stretch that no step exceeds.
+const LARGEST_GROWTH: f64 = 2.0;
 
 impl<'a, M: Material> MaterialPoint<'a, M> {
     /// Moves the point to the deformation gradient of `control`, in a straight line and in the time `time_step` (s). On
@@ -247,40 +243,46 @@ impl<'a, M: Material> MaterialPoint<'a, M> {
             *self = self.moved(&control.deformation_gradient, time_step)?;
             return Ok(());
         }
-        let trial = |logarithms: Vector3<f64>| -> Result<Trial<'a, M>, PointError> {
-            let target = control.stretched(&self.deformation_gradient, logarithms);
+        let axis = control.free_axes[0];
+        let trial = |logarithm: f64| -> Result<Trial<'a, M>, PointError> {
+            let target = control.stretched(&self.deformation_gradient, logarithm);
             let point = self.moved(&target, time_step)?;
-            let mut residual = Vector3::zero();
-            for &axis in control.free_axes {
-                residual.0[axis] = point.stress.0[axis];
-            }
-            Ok(Trial { point, residual, logarithms })
+            let residual = target.determinant() * point.stress.0[axis];
+            Ok(Trial { point, logarithm, residual })
         };
         let modulus = self.material.elasticity().p_wave_modulus();
-        let mut best = trial(Vector3::zero())?;
+        let mut best = trial(0.0)?;
+        // the lateral stress grows with the lateral stretch: a secant, kept between what is known to be too small and too large
+        let (mut too_small, mut too_large) = (-LARGEST_GROWTH, LARGEST_GROWTH);
+        let mut slope = modulus;
         for _ in 0..MOST_CORRECTIONS {
-            if best.size() <= ROUNDING * modulus {
+            if best.residual.abs() <= ROUNDING * modulus {
                 break;
             }
-            // ∂T_ii/∂ln λ_j by differences; the identity where an axis is not free
-            let mut slope = Tensor::identity();
-            for &axis in control.free_axes {
-                let mut logarithms = best.logarithms;
-                logarithms.0[axis] += SLOPE_STEP;
-                let moved = trial(logarithms)?;
-                slope.columns[axis] = (moved.residual - best.residual) * SLOPE_STEP.recip();
+            *(if best.residual < 0.0 { &mut too_small } else { &mut too_large }) = best.logarithm;
+            let correction = (-best.residual / slope).clamp(-LARGEST_CORRECTION, LARGEST_CORRECTION);
+            let mut logarithm = best.logarithm + correction;
+            if !(too_small < logarithm && logarithm < too_large) {
+                logarithm = 0.5 * (too_small + too_large);
             }
-            // Newton's correction, halved until the stress falls
-            let mut correction = slope.inverse().apply(best.residual) * -1.0;
-            let longest = correction.0.iter().fold(0.0_f64, |longest, c| longest.max(c.abs()));
-            correction = correction * (LARGEST_CORRECTION / longest).min(1.0);
-            let shorter = (0..MOST_HALVINGS).map(|halvings| correction * 0.5_f64.powi(halvings));
-            let mut tried = shorter.filter_map(|correction| trial(best.logarithms + correction).ok());
-            let Some(better) = tried.find(|next| next.size() < best.size()) else { break };
-            best = better;
+            // as close as numbers are
+            if logarithm == too_small || logarithm == too_large {
+                break;
+            }
+            let next = match trial(logarithm) {
+                Ok(next) => next,
+                // where no body or no stress is, is too far
+                Err(_) => {
+                    *(if logarithm < best.logarithm { &mut too_small } else { &mut too_large }) = logarithm;
+                    continue;
+                }
+            };
+            let secant = (next.residual - best.residual) / (next.logarithm - best.logarithm);
+            slope = if secant > 0.0 { secant } else { modulus };
+            best = next;
         }
-        if best.size() > BALANCED * modulus {
-            return Err(PointError::NoBalance { stress: best.size() });
+        if best.residual.abs() > BALANCED * modulus {
+            return Err(PointError::NoBalance { stress: best.point.stress.0[axis] });
         }
         *self = best.point;
         Ok(())
@@ -298,11 +300,9 @@ impl<'a, M: Material> MaterialPoint<'a, M> {
         }
         let mut moved = self.clone();
         moved.advance(target, time_step);
-        if moved.stress.0.iter().all(|component| component.is_finite()) {
-            Ok(moved)
-        } else {
-            Err(PointError::NotFinite)
-        }
+        let mut is_finite = moved.stress.0.iter().all(|component| component.is_finite());
+        moved.state.for_each(|number| is_finite &= number.is_finite());
+        if is_finite { Ok(moved) } else { Err(PointError::NotFinite) }
     }
 
     /// What there is to tell of the point.
@@ -322,6 +322,8 @@ impl<'a, M: Material> MaterialPoint<'a, M> {
             factors,
             equivalent_plastic_strain: self.equivalent_plastic_strain(),
             hardening_index: self.material.hardening_index(&self.state),
+            loading_index: loading_normal(self.material.elasticity(), &self.stress)
+                .double_dot(&self.rate_of_deformation),
             temperature: self.material.temperature(&self.state),
             plastic_dissipation: self.plastic_dissipation,
             internal_energy: self.internal_energy,
@@ -349,6 +351,8 @@ pub struct Observation {
     pub equivalent_plastic_strain: f64,
     /// Φ, where the material can flow.
     pub hardening_index: Option<f64>,
+    /// ĝ = Γ : D of the E* theory, Pa²/s, at the stress and with the mean rate of deformation of the last step.
+    pub loading_index: f64,
     /// Temperature, K, where the material has one.
     pub temperature: Option<f64>,
     /// What plastic flow has dissipated, J per m³ of reference volume.

@@ -17,10 +17,11 @@
 //! norm is √⅔ σ = 0.8165 σ, and √2 σ = 1.4142 σ as printed.
 
 use crate::closest_point::ClosestPoint;
+use crate::e_star::von_mises;
 use crate::hardening::{FlowStart, Hardening, IsotropicHardening};
 use crate::return_mapping::{Equivalent, RadialReturn, plastic_increment, radial_hardening_index};
 use crate::{IsotropicElasticity, PointState};
-use estar_tensor::{Real, array, inlined};
+use estar_tensor::{Real, SymmetricTensor, array, inlined};
 
 /// A yield surface in principal values.
 pub trait PrincipalSurface: Clone + Send + Sync + 'static {
@@ -124,11 +125,12 @@ impl<H: Hardening> PrincipalSurface for VonMises<H> {
     fn hardening_index(
         &self,
         elasticity: &IsotropicElasticity,
-        _: [f64; 3],
+        principal_stress: [f64; 3],
         plastic_strain: f64,
         memory: &H::Memory<f64>,
     ) -> f64 {
-        radial_hardening_index(elasticity, self.hardening.slope_of_flow(plastic_strain, memory))
+        let flow_stress = von_mises(&SymmetricTensor::diagonal(principal_stress).deviator());
+        radial_hardening_index(elasticity, self.hardening.slope_of_flow(plastic_strain, memory, flow_stress))
     }
 
     #[inline(always)]

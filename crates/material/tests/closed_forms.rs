@@ -183,6 +183,45 @@ fn uniaxial_stress_hencky_yields_at_the_kirchhoff_stress() {
     uniaxial_stress(&Hencky::rankine(solid(), perfect()), |strain, point| claim(strain, point, false));
 }
 
+/// Soils that are pulled and pressed with free sides: the Kirchhoff stress is the strength, and the volume grows with the
+/// plastic length as the normal of the flow says.
+#[test]
+fn uniaxial_stress_of_soils_is_their_strength_and_they_open() {
+    /// Perfect flow at `strength` in the direction `sign`, whose volume grows by `opening` for each plastic length.
+    fn claim(surface: ClosestPoint, sign: f64, strength: f64, opening: f64) {
+        for steps in [50, 2000] {
+            let times: Vec<f64> = (0..=steps).map(|step| f64::from(step) / f64::from(steps)).collect();
+            let material = Hencky::closest_point(surface);
+            let control = |t: f64| Control::uniaxial_stress((0.1 * sign * t).exp());
+            let point = follow(&material, control, &times, |_, _| {}).unwrap();
+            let jacobian = point.deformation_gradient().determinant();
+            let kirchhoff = jacobian * point.stress().0[0];
+            assert!((kirchhoff / (sign * strength) - 1.0).abs() < 1e-9, "{sign} {steps}: {kirchhoff} {strength}");
+            let plastic = 0.1 * sign - kirchhoff / YOUNG;
+            let volume = (1.0 - 2.0 * POISSON) * kirchhoff / YOUNG + opening * plastic;
+            assert!((jacobian.ln() - volume).abs() < 1e-9, "{sign} {steps}: {} {volume}", jacobian.ln());
+        }
+    }
+    let cohesion = 1e6;
+    for angle in [10.0_f64, 30.0, 45.0].map(f64::to_radians) {
+        let (sine, cosine) = (angle.sin(), angle.cos());
+        let surface = ClosestPoint::mohr_coulomb(solid(), angle, cohesion).unwrap();
+        claim(surface, 1.0, 2.0 * cohesion * cosine / (1.0 + sine), 2.0 * sine / (1.0 + sine));
+        claim(surface, -1.0, 2.0 * cohesion * cosine / (1.0 - sine), -2.0 * sine / (1.0 - sine));
+        // √(½) ‖dev τ‖ + α tr τ = κ, flow by α_ψ
+        let slope = |angle: f64| 2.0 * angle.sin() / (3.0_f64.sqrt() * (3.0 - angle.sin()));
+        let bound = 6.0 * cohesion * cosine / (3.0_f64.sqrt() * (3.0 - sine));
+        for dilatancy in [0.0, 0.3 * angle, angle] {
+            let surface = ClosestPoint::drucker_prager(solid(), angle, cohesion, dilatancy).unwrap();
+            let (shear, alpha) = (3.0_f64.sqrt().recip(), slope(dilatancy));
+            for sign in [1.0, -1.0] {
+                let strength = bound / (shear + sign * slope(angle));
+                claim(surface, sign, strength, 3.0 * alpha / (sign * shear + alpha));
+            }
+        }
+    }
+}
+
 /// Trial Hencky strains ε₁ ≥ ε₂ ≥ ε₃ on a grid, up to ten times the strain of first yield.
 fn trial_strains() -> impl Iterator<Item = [f64; 3]> {
     let grid = |i: i32| 1e-3 * f64::from(i);

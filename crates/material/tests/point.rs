@@ -175,3 +175,23 @@ fn stretch_measures_give_the_stretch_and_refuse_what_none_has() {
         assert!(values.into_iter().all(|value| measure.stretch(value).is_none()), "{measure:?}");
     }
 }
+
+#[test]
+fn the_loading_index_tells_flow_from_unloading() {
+    // ln λ = 0.02 t and back
+    let stretch = |t: f64| (0.02 * if t <= 1.0 { t } else { 2.0 - t }).exp();
+    let times = times(1.01, 1010);
+    let elasticity = solid(POISSON);
+    let path = |t| Control::uniaxial_stress(stretch(t));
+    follow(&EStarTotal::new(elasticity, perfect()), path, &times, |t, point| {
+        let seen = point.observation();
+        if (0.1..=1.0).contains(&t) {
+            // Γ : D = 2μ σ₀ d ln λ/dt where the volume is kept, to the order of the elastic strain
+            let index = 2.0 * elasticity.shear_modulus() * YIELD * 0.02;
+            assert!((seen.loading_index / index - 1.0).abs() < 5e-3, "{t}: {} {index}", seen.loading_index);
+        } else {
+            assert_eq!(seen.loading_index > 0.0, t < 1.0, "{t}: {}", seen.loading_index);
+        }
+    })
+    .unwrap();
+}

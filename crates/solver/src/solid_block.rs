@@ -258,15 +258,10 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
     fn largest(&self) -> Largest {
         // the copies that fill the last pack have the values of an element that is counted anyway
         let of_pack = |pack: &History<M, R>| {
-            let of_lanes = |values: &mut dyn Iterator<Item = R>| {
-                values.reduce(R::max).map_or(f64::NEG_INFINITY, |largest| {
-                    (0..R::LANES).map(|lane| largest.lane(lane)).fold(f64::NEG_INFINITY, f64::max)
-                })
-            };
             let states = || pack.states.iter();
             Largest {
-                plastic_strain: of_lanes(&mut states().map(|state| self.material.equivalent_plastic_strain(state))),
-                temperature: of_lanes(&mut states().filter_map(|state| self.material.temperature(state))),
+                plastic_strain: largest_lane(states().map(|state| self.material.equivalent_plastic_strain(state))),
+                temperature: largest_lane(states().filter_map(|state| self.material.temperature(state))),
             }
         };
         self.history.par_iter().with_min_len(PATCH).map(of_pack).reduce(|| Largest::NONE, Largest::larger)
@@ -452,6 +447,13 @@ impl<R: Real> LaneExtreme<R> {
     }
 }
 
+/// The largest lane of all numbers; −∞ of none.
+fn largest_lane<R: Real>(numbers: impl Iterator<Item = R>) -> f64 {
+    numbers.reduce(R::max).map_or(f64::NEG_INFINITY, |largest| {
+        (0..R::LANES).map(|lane| largest.lane(lane)).fold(f64::NEG_INFINITY, f64::max)
+    })
+}
+
 /// Means over the points of the elements of a patch, as a user sees them.
 struct MeansKernel<'a, M: Material, R: Real> {
     material: &'a M,
@@ -483,21 +485,30 @@ impl<M: Material, R: Real> Kernel for MeansKernel<'_, M, R> {
                     field[place] = array(|component| lanes[component][lane]);
                 }
             }
-            let mut write = |field: &mut Option<&mut [f64]>, value: &dyn Fn(&M::State<R>) -> R| {
-                let Some(field) = field else { return };
-                let mut mean = R::splat(0.0);
-                for state in &pack.states {
-                    mean += value(state) * share;
-                }
-                mean.store(&mut lanes[0]);
-                for (lane, place) in places() {
-                    field[place] = lanes[0][lane];
-                }
-            };
-            write(&mut equivalent_plastic_strain, &|state| material.equivalent_plastic_strain(state));
-            write(&mut temperature, &|state| material.temperature(state).unwrap_or(R::splat(f64::NAN)));
+            let [lanes, ..] = &mut lanes;
+            if let Some(field) = &mut equivalent_plastic_strain {
+                let strains: [R; POINTS] = array(|point| material.equivalent_plastic_strain(&pack.states[point]));
+                mean(strains).store(lanes);
+                places().for_each(|(lane, place)| field[place] = lanes[lane]);
+            }
+            if let Some(field) = &mut temperature {
+                let none = R::splat(f64::NAN);
+                let of_point = |point: usize| material.temperature(&pack.states[point]).unwrap_or(none);
+                mean(array(of_point)).store(lanes);
+                places().for_each(|(lane, place)| field[place] = lanes[lane]);
+            }
         }
     }
+}
+
+/// The mean over the points of an element.
+#[inline(always)]
+fn mean<R: Real>(values: [R; POINTS]) -> R {
+    let mut mean = R::splat(0.0);
+    for value in values {
+        mean += value * R::splat(1.0 / POINTS as f64);
+    }
+    mean
 }
 
 /// Fills in the vectors of a field at the corners of the elements of a pack.

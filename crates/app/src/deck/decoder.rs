@@ -141,10 +141,15 @@ impl Decoder {
 
     /// Decodes the value of a key.
     pub fn value<T: FromDeck>(&mut self, key: &str, node: &Node) -> Option<T> {
+        self.inside(key, |decoder| T::decode(node, decoder))
+    }
+
+    /// Does what belongs to a key; its faults are told as of that key.
+    pub fn inside<T>(&mut self, key: &str, work: impl FnOnce(&mut Self) -> T) -> T {
         self.path.push(key.to_owned());
-        let value = T::decode(node, self);
+        let done = work(self);
         self.path.pop();
-        value
+        done
     }
 
     /// Decodes the keys of a table; keys that nothing asked for are reported.
@@ -315,6 +320,7 @@ impl TableReader<'_, '_> {
 /// A line that would supply a missing key.
 fn example_of(key: &str, schema: &Schema) -> String {
     match schema {
+        Schema::Quantity(quantity) if quantity.is_angle => format!("it is an angle, such as {key} = \"30 deg\""),
         Schema::Quantity(quantity) => match quantity.dimension {
             Some(dimension) => format!("it is {dimension}, such as {key} = \"{}\"", dimension.example()),
             None => format!("{key} = a number or a string with a unit"),
@@ -322,7 +328,10 @@ fn example_of(key: &str, schema: &Schema) -> String {
         Schema::Choice(choices) => format!("the choices are {}", listed(choices.iter().map(|choice| choice.name))),
         Schema::Group(kinds) => format!("it names a {kinds} group of the mesh"),
         Schema::Text(what) => format!("it is {what}"),
-        Schema::Table(table) => format!("a table with {}", listed(table.keys.iter().map(|key| key.name))),
+        Schema::Table(table) => {
+            let tags = table.variants.iter().map(|variants| variants.tag);
+            format!("a table with {}", listed(table.keys.iter().map(|key| key.name).chain(tags)))
+        }
         Schema::Named(_) => format!("a table such as [{key}.NAME]"),
         Schema::List(_) => format!("a list, or [[{key}]]"),
         Schema::Points(..) => format!("a list of points, such as {key} = [[0.0, 0.0], [1.0, 1.0]]"),

@@ -2,6 +2,7 @@
 
 use super::decoder::ReadKeys;
 use super::schema::{KeySchema, Presence, QuantitySchema, Schema, TableSchema, Variants};
+use super::units::Dimension;
 use std::fmt::Write;
 
 const HEAD: &str = "\
@@ -159,14 +160,13 @@ fn value(schema: &Schema) -> String {
 }
 
 fn words(quantity: &QuantitySchema) -> String {
-    let dimension = quantity.dimension.map_or("quantity".to_owned(), |dimension| {
-        let unit = match dimension.si_unit() {
-            one if one == "1" => String::new(),
-            unit => format!(" ({unit})"),
-        };
-        format!("{dimension}{unit}")
-    });
-    let name = dimension.trim_start_matches("a pure ").trim_start_matches("an ").trim_start_matches("a ");
+    let dimension = match quantity.dimension {
+        _ if quantity.is_angle => "angle with its unit (deg or rad)".to_owned(),
+        None => "quantity".to_owned(),
+        Some(Dimension::NUMBER) => "number".to_owned(),
+        Some(dimension) => format!("{dimension} ({})", dimension.si_unit()),
+    };
+    let name = dimension.trim_start_matches("an ").trim_start_matches("a ");
     match quantity.bound {
         Some(bound) => format!("{name}, {bound}"),
         None => name.to_owned(),

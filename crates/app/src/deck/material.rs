@@ -6,7 +6,7 @@ use super::schema::{QuantitySchema, Schema};
 use super::tree::Node;
 use super::units::Dimension;
 use super::values::{
-    Density, Fraction, NotNegative, Number, PoissonRatio as PoissonRatioBound, Positive, Quantity, Rate, Share,
+    Angle, Density, Fraction, NotNegative, Number, PoissonRatio as PoissonRatioBound, Positive, Quantity, Rate, Share,
     SpecificHeat, Stress, Temperature, decode_pairs,
 };
 use crate::diagnostics::{Diagnostic, Span, listed};
@@ -146,16 +146,16 @@ deck_variants! {
         /// A cone through the outer edges of that of Mohr and Coulomb: soils, rock, concrete.
         DruckerPrager = "drucker-prager" {
             /// Friction angle, between 0 and 90 deg.
-            friction_angle: Quantity<Positive<Number>> = required,
+            friction_angle: Quantity<Positive<Angle>> = required,
             /// Cohesion.
             cohesion: Quantity<Positive<Stress>> = required,
             /// Dilatancy angle, from 0 to `friction_angle`; that one, associated flow, unless given.
-            dilatancy_angle: Quantity<NotNegative<Number>> = optional,
+            dilatancy_angle: Quantity<NotNegative<Angle>> = optional,
         }
         /// Shear strength that grows with the pressure: soils, rock. Associated flow.
         MohrCoulomb = "mohr-coulomb" {
             /// Friction angle, between 0 and 90 deg.
-            friction_angle: Quantity<Positive<Number>> = required,
+            friction_angle: Quantity<Positive<Angle>> = required,
             /// Cohesion.
             cohesion: Quantity<Positive<Stress>> = required,
         }
@@ -269,7 +269,7 @@ pub struct TablePoints(Vec<[f64; 2]>);
 
 impl FromDeck for TablePoints {
     fn schema() -> Schema {
-        let quantity = |dimension| QuantitySchema { dimension: Some(dimension), bound: None };
+        let quantity = |dimension| QuantitySchema { dimension: Some(dimension), bound: None, is_angle: false };
         Schema::Points(quantity(Dimension::NUMBER), quantity(Dimension::STRESS))
     }
 
@@ -528,6 +528,17 @@ impl MaterialReader<'_> {
             self.fault("the law \"johnson-cook\" heats and needs `specific_heat`", "hardening", "this law", help);
             return None;
         };
+        let temperatures = [
+            ("initial_temperature", "initial_temperature", table.initial_temperature.map(|value| value.value)),
+            ("hardening", "hardening.reference_temperature", Some(law.reference_temperature())),
+        ];
+        for (key, place, temperature) in temperatures {
+            if let Some(temperature) = temperature.filter(|temperature| *temperature < COLDEST_USUAL) {
+                let message = format!("`{}.{place}` is {temperature:?} K", self.decoder.place());
+                let diagnostic = Diagnostic::warning(message).at(self.place_of(key), "very cold");
+                self.decoder.report(diagnostic.help(format!("if degrees Celsius are meant: \"{temperature:?} degC\"")));
+            }
+        }
         let heating = AdiabaticHeating {
             specific_heat: specific_heat.value,
             taylor_quinney: table.taylor_quinney.map_or(TAYLOR_QUINNEY, |share| share.value),
@@ -574,12 +585,16 @@ impl MaterialReader<'_> {
             return None;
         }
         let node = self.node.value.entry("yield_surface").map_or(self.node, |entry| &entry.node);
-        self.decoder.parameter(node, surface).map(|surface| Hencky::closest_point(surface).into())
+        let surface = self.decoder.inside("yield_surface", |decoder| decoder.parameter(node, surface));
+        surface.map(|surface| Hencky::closest_point(surface).into())
     }
 }
 
 /// The keys of a material that a law without temperature has no use for.
 pub const HEATING_KEYS: [&str; 3] = ["specific_heat", "taylor_quinney", "initial_temperature"];
+
+/// A temperature below this one, K, looks like one in degrees Celsius without its unit.
+const COLDEST_USUAL: f64 = 150.0;
 
 /// The share of the plastic dissipation that heats a metal, unless a deck says otherwise.
 const TAYLOR_QUINNEY: f64 = 0.9;

@@ -104,7 +104,7 @@ deck_table! {
     pub struct PlotTable {
         /// Column of point.csv along the horizontal axis.
         x: Column = default("'driven'"),
-        /// Columns along the vertical axis, all of one kind: stresses, or pure numbers.
+        /// Columns along the vertical axis, all of one kind: stresses, energies, pure numbers, times or temperatures.
         y: Vec<At<Column>> = required,
     }
 }
@@ -125,7 +125,7 @@ impl FromDeck for Column {
             };
             let message = format!("`{}`: point.csv has no column \"{name}\"", decoder.place());
             let help = "the columns are time, driven, F11 to F33, the stresses T, R, S and the strains E, Ep, Es, Ed (each \
-                        with 11 22 33 12 13 23), equivalent_plastic_strain, hardening_index, dissipation, internal_energy, \
+                        with 11 22 33 12 13 23), equivalent_plastic_strain, hardening_index, loading_index, dissipation, internal_energy, \
                         det_Cp, temperature";
             decoder.report(Diagnostic::error(message).at(node.span, label).help(help));
         }
@@ -230,12 +230,19 @@ impl PointProblem {
         let subjects = subjects(&deck, root, decoder);
         let path = Path::new(&deck.path, decoder);
         let plots: Vec<_> = deck.plot.iter().map(|plot| columns(plot, decoder)).collect();
-        Some(Self {
-            title: deck.title,
-            subjects: subjects?,
-            path: path?,
-            plots: plots.into_iter().collect::<Option<_>>()?,
-        })
+        let subjects = subjects?;
+        let has_temperature = subjects.iter().any(|subject| subject.model.has_temperature());
+        for plot in deck.plot.iter().filter(|_| !has_temperature) {
+            let y = plot.y.iter().map(|column| (column.value, column.span));
+            let shown = y.chain([(plot.x, plot.span)]).find(|(column, _)| *column == Column::Temperature);
+            if let Some((_, span)) = shown {
+                let diagnostic = Diagnostic::error("`plot` shows a temperature, but no material on the path has one");
+                let help = "the law johnson-cook knows a temperature";
+                decoder.report(diagnostic.at(span, "this plot").help(help));
+                return None;
+            }
+        }
+        Some(Self { title: deck.title, subjects, path: path?, plots: plots.into_iter().collect::<Option<_>>()? })
     }
 }
 
@@ -369,6 +376,15 @@ fn unknown<'a>(other: &At<String>, names: impl Iterator<Item = &'a str>, decoder
 /// The material of a table under another theory, with the keys that the theory knows.
 fn with_theory(table: &Table, theory: &str, span: Span, decoder: &mut Decoder) -> Option<MaterialModel> {
     let schema = MaterialTable::keys();
+    let surface = table.get("yield_surface").and_then(|entry| entry.node.value.entry("kind"));
+    let is_von_mises = surface.is_none_or(|kind| matches!(&kind.node.value, Value::Text(kind) if kind == "von-mises"));
+    if !is_von_mises && theory != "elastic" {
+        let message =
+            format!("`path.compare` cannot have \"{theory}\": it does not know the yield surface of the material");
+        let help = "the theory hencky alone has other surfaces than von-mises; what can be compared with it is elastic";
+        decoder.report(Diagnostic::error(message).at(span, "this theory").help(help));
+        return None;
+    }
     let cases = schema.variants.iter().flat_map(|variants| &variants.cases);
     let own = cases.filter(|(choice, _)| choice.name == theory).flat_map(|(_, keys)| keys);
     let known: Vec<&str> = schema.keys.iter().chain(own).map(|key| key.name).collect();
@@ -378,8 +394,11 @@ fn with_theory(table: &Table, theory: &str, span: Span, decoder: &mut Decoder) -
     with_key(&Table { entries }, "theory", theory, span, decoder)
 }
 
-/// The material of a table with another value of a key.
+/// The material of a table with another value of a key; none where the deck has faults that it would have as well.
 fn with_key(table: &Table, key: &str, value: &str, span: Span, decoder: &mut Decoder) -> Option<MaterialModel> {
+    if decoder.diagnostics.has_errors() {
+        return None;
+    }
     let mut changed = table.clone();
     changed.entries.retain(|entry| entry.key != key);
     let node = Node { span, value: Value::Text(value.to_owned()) };

@@ -120,7 +120,8 @@ deck_table! {
         at: When = default("'end'"),
         /// The value, in the unit of the probe.
         value: At<AnyQuantity> = required,
-        /// Allowed deviation: a percentage of the value, or a quantity in the unit of the probe.
+        /// Allowed deviation: a percentage of the value in SI units (of kelvins, where it is a temperature), or a quantity in the
+        /// unit of the probe.
         tolerance: At<AnyQuantity> = required,
     }
 }

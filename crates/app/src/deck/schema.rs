@@ -36,6 +36,8 @@ pub struct QuantitySchema {
     pub dimension: Option<Dimension>,
     /// The bound, such as "greater than 0".
     pub bound: Option<&'static str>,
+    /// Whether it is an angle, which must say in what.
+    pub is_angle: bool,
 }
 
 /// A name that may be written, and what it means.

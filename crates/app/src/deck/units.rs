@@ -113,7 +113,12 @@ pub struct Measured {
     pub dimension: Option<Dimension>,
     /// Whether the unit is the per cent sign.
     pub is_percentage: bool,
+    /// The zero of the unit: that of degrees Celsius is 273.15 K.
+    pub zero: f64,
 }
+
+/// 0 °C in K.
+const CELSIUS_ZERO: f64 = 273.15;
 
 /// A text that is no quantity.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -152,17 +157,18 @@ pub fn parse(text: &str) -> Result<Measured, UnitError> {
     }
     let unit = rest.trim();
     if unit.is_empty() {
-        return Ok(Measured { value: decimal.times_power_of_ten(0), dimension: None, is_percentage: false });
+        return Ok(Measured { value: decimal.times_power_of_ten(0), dimension: None, is_percentage: false, zero: 0.0 });
     }
     if unit == "degC" || unit == "°C" {
-        let value = decimal.times_power_of_ten(0) + 273.15;
-        return Ok(Measured { value, dimension: Some(Dimension::TEMPERATURE), is_percentage: false });
+        let (value, dimension) = (decimal.times_power_of_ten(0) + CELSIUS_ZERO, Some(Dimension::TEMPERATURE));
+        return Ok(Measured { value, dimension, is_percentage: false, zero: CELSIUS_ZERO });
     }
     let unit_read = unit_product(unit)?;
     Ok(Measured {
         value: unit_read.scale.of(&decimal),
         dimension: Some(unit_read.dimension),
         is_percentage: unit == "%",
+        zero: 0.0,
     })
 }
 
@@ -457,7 +463,7 @@ mod tests {
         let psi = parse("1 psi").unwrap().value;
         assert!((psi - 6_894.757_293_168_361).abs() < 1e-9, "{psi}");
         assert_eq!(parse("460 J/(kg K)").unwrap().value, 460.0);
-        assert_eq!(parse("12").unwrap(), Measured { value: 12.0, dimension: None, is_percentage: false });
+        assert_eq!(parse("12").unwrap(), Measured { value: 12.0, dimension: None, is_percentage: false, zero: 0.0 });
         assert!(parse("2 %").unwrap().is_percentage);
     }
 

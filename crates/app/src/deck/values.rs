@@ -16,6 +16,8 @@ pub trait Measure {
     const DIMENSION: Dimension;
     /// Its bound in words, if any.
     const BOUND: Option<&'static str> = None;
+    /// Whether it is an angle. A plain number that is not 0 could be degrees, and is refused.
+    const IS_ANGLE: bool = false;
     /// Whether a value is within the bound.
     fn allows(value: f64) -> bool {
         value.is_finite()
@@ -62,6 +64,7 @@ pub struct Positive<M>(PhantomData<M>);
 
 impl<M: Measure> Measure for Positive<M> {
     const DIMENSION: Dimension = M::DIMENSION;
+    const IS_ANGLE: bool = M::IS_ANGLE;
     const BOUND: Option<&'static str> = Some("greater than 0");
     fn allows(value: f64) -> bool {
         M::allows(value) && value > 0.0
@@ -74,10 +77,20 @@ pub struct NotNegative<M>(PhantomData<M>);
 
 impl<M: Measure> Measure for NotNegative<M> {
     const DIMENSION: Dimension = M::DIMENSION;
+    const IS_ANGLE: bool = M::IS_ANGLE;
     const BOUND: Option<&'static str> = Some("0 or greater");
     fn allows(value: f64) -> bool {
         M::allows(value) && value >= 0.0
     }
+}
+
+/// An angle, rad, written with its unit.
+#[derive(Clone, Copy, Debug)]
+pub struct Angle;
+
+impl Measure for Angle {
+    const DIMENSION: Dimension = Dimension::NUMBER;
+    const IS_ANGLE: bool = true;
 }
 
 /// A number that Poisson's ratio of a stable solid can be.
@@ -133,7 +146,7 @@ impl<M: Measure> Quantity<M> {
 }
 
 fn quantity_schema<M: Measure>() -> QuantitySchema {
-    QuantitySchema { dimension: Some(M::DIMENSION), bound: M::BOUND }
+    QuantitySchema { dimension: Some(M::DIMENSION), bound: M::BOUND, is_angle: M::IS_ANGLE }
 }
 
 impl<M: Measure> FromDeck for Quantity<M> {
@@ -149,10 +162,20 @@ impl<M: Measure> FromDeck for Quantity<M> {
             wrong_dimension(node.span, dimension, M::DIMENSION, decoder);
             return None;
         }
+        if M::IS_ANGLE && measured.dimension.is_none() && measured.value != 0.0 {
+            let diagnostic = Diagnostic::error(format!("`{}` is an angle without a unit", decoder.place()));
+            let help = format!("\"{0} deg\" or \"{0} rad\"", measured.value);
+            decoder.report(diagnostic.at(node.span, "degrees or radians?").help(help));
+            return None;
+        }
         if !M::allows(measured.value) {
             let bound = M::BOUND.filter(|_| measured.value.is_finite()).unwrap_or("a finite number");
             let diagnostic = Diagnostic::error(format!("`{}` must be {bound}", decoder.place()));
-            decoder.report(diagnostic.at(node.span, format!("this is {:?}", measured.value)));
+            let unit = match M::DIMENSION.si_unit() {
+                one if one == "1" => String::new(),
+                unit => format!(" {unit}"),
+            };
+            decoder.report(diagnostic.at(node.span, format!("this is {:?}{unit}", measured.value)));
             return None;
         }
         Some(Self::new(measured.value))
@@ -184,7 +207,7 @@ fn decode_measured(node: &Node, decoder: &mut Decoder, wanted: Option<Dimension>
     let text = match &node.value {
         Value::Integer(text) | Value::Float(text) => {
             let value = text.parse().unwrap_or(f64::NAN);
-            return Some(Measured { value, dimension: None, is_percentage: false });
+            return Some(Measured { value, dimension: None, is_percentage: false, zero: 0.0 });
         }
         Value::Text(text) => text,
         _ => {
@@ -212,7 +235,7 @@ pub struct AnyQuantity(pub Measured);
 
 impl FromDeck for AnyQuantity {
     fn schema() -> Schema {
-        Schema::Quantity(QuantitySchema { dimension: None, bound: None })
+        Schema::Quantity(QuantitySchema { dimension: None, bound: None, is_angle: false })
     }
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
@@ -262,7 +285,8 @@ pub struct UnitVector(pub [f64; 3]);
 
 impl FromDeck for UnitVector {
     fn schema() -> Schema {
-        Schema::Vector(QuantitySchema { dimension: Some(Dimension::NUMBER), bound: Some("not all 0") }, 3)
+        let bound = Some("not all 0");
+        Schema::Vector(QuantitySchema { bound, ..quantity_schema::<Number>() }, 3)
     }
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {

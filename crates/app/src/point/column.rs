@@ -18,6 +18,8 @@ pub enum Column {
     EquivalentPlasticStrain,
     /// Φ where the material flows.
     HardeningIndex,
+    /// ĝ = Γ : D, Pa²/s, of a material that can flow.
+    LoadingIndex,
     /// What plastic flow has dissipated, J per m³ of reference volume.
     Dissipation,
     /// The work of the stress, J per m³ of reference volume.
@@ -80,6 +82,8 @@ pub enum Dimension {
     EnergyDensity,
     /// Kelvins.
     Temperature,
+    /// Pa²/s.
+    LoadingRate,
 }
 
 impl Column {
@@ -95,6 +99,7 @@ impl Column {
         let scalars = [
             Self::EquivalentPlasticStrain,
             Self::HardeningIndex,
+            Self::LoadingIndex,
             Self::Dissipation,
             Self::InternalEnergy,
             Self::PlasticDeterminant,
@@ -127,6 +132,7 @@ impl Column {
             Self::Component(quantity, place) => format!("{}{}", letters(quantity), COMPONENTS[place].0),
             Self::EquivalentPlasticStrain => "equivalent_plastic_strain".to_owned(),
             Self::HardeningIndex => "hardening_index".to_owned(),
+            Self::LoadingIndex => "loading_index".to_owned(),
             Self::Dissipation => "dissipation".to_owned(),
             Self::InternalEnergy => "internal_energy".to_owned(),
             Self::PlasticDeterminant => "det_Cp".to_owned(),
@@ -155,6 +161,7 @@ impl Column {
             }
             Self::EquivalentPlasticStrain => seen.equivalent_plastic_strain,
             Self::HardeningIndex => return seen.hardening_index.filter(|_| row.flows),
+            Self::LoadingIndex => return seen.hardening_index.map(|_| seen.loading_index),
             Self::Dissipation => seen.plastic_dissipation,
             Self::InternalEnergy => seen.internal_energy,
             Self::PlasticDeterminant => seen.plastic_determinant,
@@ -167,6 +174,7 @@ impl Column {
         match self {
             Self::Time => Dimension::Time,
             Self::Temperature => Dimension::Temperature,
+            Self::LoadingIndex => Dimension::LoadingRate,
             Self::Component(quantity, _) if quantity.is_stress() => Dimension::Stress,
             Self::Dissipation | Self::InternalEnergy => Dimension::EnergyDensity,
             _ => Dimension::Number,
@@ -194,6 +202,7 @@ impl Column {
             }
             Self::EquivalentPlasticStrain => "equivalent plastic strain".to_owned(),
             Self::HardeningIndex => "hardening index Φ".to_owned(),
+            Self::LoadingIndex => "loading index ĝ".to_owned(),
             Self::Dissipation => "plastic dissipation".to_owned(),
             Self::InternalEnergy => "work of the stress".to_owned(),
             Self::PlasticDeterminant => "det C_{p}".to_owned(),
@@ -260,7 +269,7 @@ mod tests {
         let names: Vec<String> = Column::all().iter().map(|column| column.name()).collect();
         assert_eq!(names[..5], ["time", "driven", "F11", "F12", "F13"]);
         assert_eq!(names[11..17], ["T11", "T22", "T33", "T12", "T13", "T23"]);
-        assert_eq!(names.len(), 2 + 9 + 42 + 6);
+        assert_eq!(names.len(), 2 + 9 + 42 + 7);
         let mut unique = names.clone();
         unique.sort_unstable();
         unique.dedup();

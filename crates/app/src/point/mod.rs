@@ -11,11 +11,13 @@ use crate::deck::{self, Reading};
 use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::output::default_directory;
+use crate::plot::Figure;
 use column::Column;
 use estar_io::{AtomicFile, Value, write_atomically};
 use estar_material::point::{MaterialPoint, Observation, PathError, follow};
 use estar_material::{Consistency, Material, MaterialModel, MaterialVisitor};
 use path::Path;
+use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -46,23 +48,43 @@ pub fn point(options: &PointOptions) -> Result<(), Failure> {
     tell(&told);
 
     let journeys: Vec<Journey> = problem.subjects.iter().map(|subject| Journey::of(subject, &problem.path)).collect();
+    let troubles: Vec<String> = problem.subjects.iter().zip(&journeys).filter_map(trouble).collect();
+    let verdicts = verdicts(&problem);
     let directory = options.output.clone().unwrap_or_else(|| default_directory(&options.deck));
     std::fs::create_dir_all(&directory).map_err(Failure::writing(&directory))?;
     let table = directory.join("point.csv");
     write_table(&table, &problem, &journeys).map_err(Failure::writing(&table))?;
-    let figure = plots::figure(&problem, &journeys).drawing();
-    let files = [("point.svg", Some(figure.svg().into_bytes())), ("point.png", figure.png(PIXELS_PER_UNIT))];
-    for (name, content) in files {
-        let path = directory.join(name);
-        let too_large = || io::Error::new(io::ErrorKind::FileTooLarge, "so many panels make too large a picture");
-        let written = content.ok_or_else(too_large).and_then(|content| write_atomically(&path, &content));
-        written.map_err(Failure::writing(&path))?;
-    }
-    let verdict = verdict(&problem);
-    print(&(account(&problem, &journeys) + &verdict + &format!("\n  written    {}", directory.display())))?;
-
-    let troubles: Vec<String> = problem.subjects.iter().zip(&journeys).filter_map(trouble).collect();
+    let records = verdicts.iter().map(|(label, found)| VerdictRecord::new(label, found)).collect::<Vec<_>>();
+    let records = if records.is_empty() { None } else { serde_json::to_vec_pretty(&records).ok() };
+    replace(&directory.join("consistency.json"), records)?;
+    draw(&plots::figure(&problem, &journeys), &directory)?;
+    let written = format!("\n  written    {}", directory.display());
+    print(&(account(&problem, &journeys) + &verdict_in_words(&verdicts) + &written))?;
     if troubles.is_empty() { Ok(()) } else { Err(Failure::Simulation(troubles.join("\n"))) }
+}
+
+/// Writes point.svg and point.png. A path on which nothing changes has neither; plots that are too many for pixels have no
+/// point.png, which is said.
+fn draw(figure: &Figure, directory: &std::path::Path) -> Result<(), Failure> {
+    let drawing = (!figure.panels.is_empty()).then(|| figure.drawing());
+    let pixels = drawing.as_ref().and_then(|drawing| drawing.png(PIXELS_PER_UNIT));
+    if drawing.is_some() && pixels.is_none() {
+        tell("warning: so many plots are too large for point.png; point.svg has them\n");
+    }
+    replace(&directory.join("point.svg"), drawing.map(|drawing| drawing.svg().into_bytes()))?;
+    replace(&directory.join("point.png"), pixels)
+}
+
+/// Writes a file whole, in place of that of an earlier run; or sees to it that there is none.
+fn replace(path: &std::path::Path, content: Option<Vec<u8>>) -> Result<(), Failure> {
+    let replaced = match content {
+        Some(content) => write_atomically(path, &content),
+        None => match std::fs::remove_file(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            removed => removed,
+        },
+    };
+    replaced.map_err(Failure::writing(path))
 }
 
 fn trouble((subject, journey): (&Subject, &Journey)) -> Option<String> {
@@ -184,29 +206,78 @@ fn account(problem: &PointProblem, journeys: &[Journey]) -> String {
     text
 }
 
-/// What the flow rules for the plastic metric keep along the path, each judged by its own figures.
-fn verdict(problem: &PointProblem) -> String {
-    let mut text = String::new();
+/// What each flow rule for the plastic metric keeps along the path, by the label of its material.
+fn verdicts(problem: &PointProblem) -> Vec<(&str, Consistency)> {
+    let path = &problem.path;
+    let mut verdicts = Vec::new();
     for subject in &problem.subjects {
-        let MaterialModel::PlasticMetric(material) = &subject.model else { continue };
-        let path = &problem.path;
-        let Ok(found) = Consistency::along(material, |time| path.control(time), &path.times) else { continue };
-        if text.is_empty() {
-            text.push_str(&format!(
-                "\n  {:<20} {:>11} {:>11} {:>11} {:>11} {:>11}",
-                "plastic metric", "dissipation", "det C_p - 1", "asymmetry", "least value", "Simo-Miehe"
-            ));
+        if let MaterialModel::PlasticMetric(material) = &subject.model {
+            let found = Consistency::along(material, |time| path.control(time), &path.times);
+            verdicts.push((subject.label.as_str(), found));
         }
-        let is_consistent = if found.is_consistent() { "consistent" } else { "not consistent" };
+    }
+    verdicts
+}
+
+/// The verdict on a flow rule.
+fn verdict(found: &Consistency) -> String {
+    if let Some(error) = &found.ended {
+        return format!("not consistent: ended at step {}", error.step);
+    }
+    match found.is_consistent() {
+        Some(true) => "consistent",
+        Some(false) => "not consistent",
+        None => "no flow: no verdict",
+    }
+    .to_owned()
+}
+
+fn verdict_in_words(verdicts: &[(&str, Consistency)]) -> String {
+    if verdicts.is_empty() {
+        return String::new();
+    }
+    let mut text = format!(
+        "\n  {:<20} {:>11} {:>11} {:>11} {:>11} {:>11}",
+        "plastic metric", "dissipation", "det drift", "asymmetry", "least value", "Simo-Miehe"
+    );
+    for (label, found) in verdicts {
         text.push_str(&format!(
-            "\n  {:<20} {:>11.3e} {:>11.1e} {:>11.1e} {:>11.6} {:>11.1e}  {is_consistent}",
-            subject.label,
+            "\n  {label:<20} {:>11.3e} {:>11.1e} {:>11.1e} {:>11.6} {:>11.1e}  {}",
             found.least_dissipation,
             found.determinant_drift,
             found.asymmetry,
             found.least_principal_value,
             found.distance_from_simo_miehe,
+            verdict(found),
         ));
     }
     text
+}
+
+/// A verdict as consistency.json has it; what is not a number is null there.
+#[derive(Serialize)]
+struct VerdictRecord<'a> {
+    material: &'a str,
+    verdict: String,
+    flowing_steps: usize,
+    least_dissipation: f64,
+    determinant_drift: f64,
+    asymmetry: f64,
+    least_principal_value: f64,
+    distance_from_simo_miehe: f64,
+}
+
+impl<'a> VerdictRecord<'a> {
+    fn new(material: &'a str, found: &Consistency) -> Self {
+        Self {
+            material,
+            verdict: verdict(found),
+            flowing_steps: found.flowing_steps,
+            least_dissipation: found.least_dissipation,
+            determinant_drift: found.determinant_drift,
+            asymmetry: found.asymmetry,
+            least_principal_value: found.least_principal_value,
+            distance_from_simo_miehe: found.distance_from_simo_miehe,
+        }
+    }
 }

@@ -112,6 +112,7 @@ impl Unit {
             Dimension::Number => return Self { name: String::new(), size: 1.0 },
             Dimension::Temperature => return Self { name: "K".to_owned(), size: 1.0 },
             Dimension::Time => return Self { name: "s".to_owned(), size: 1.0 },
+            Dimension::LoadingRate => return Self { name: "Pa²/s".to_owned(), size: 1.0 },
             Dimension::Stress => "Pa",
             Dimension::EnergyDensity => "J/m³",
         };
