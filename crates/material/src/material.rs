@@ -79,12 +79,17 @@ pub trait PointState<R: Real>: Copy + Send + Sync + 'static {
 
     /// The history whose numbers `next` gives in the order of [`PointState::for_each`].
     fn from_numbers(next: impl FnMut() -> R) -> Self;
+
+    /// `chosen` where the mask is set, else `otherwise`.
+    fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self;
 }
 
 impl<R: Real> PointState<R> for () {
     fn for_each(&self, _: impl FnMut(R)) {}
 
     fn from_numbers(_: impl FnMut() -> R) -> Self {}
+
+    fn select(_: R::Mask, (): &Self, (): &Self) -> Self {}
 }
 
 /// Implements [`PointState`] for a history from the order of its fields, each a `number`, a `tensor`, a `symmetric` tensor
@@ -104,6 +109,11 @@ macro_rules! point_state {
             fn from_numbers(mut next: impl FnMut() -> R) -> Self {
                 $state { $($field: $crate::point_state!(@make $kind next)),+ }
             }
+
+            #[inline]
+            fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
+                $state { $($field: $crate::point_state!(@select $kind mask, chosen.$field, otherwise.$field)),+ }
+            }
         }
     };
     (@visit number $value:expr, $visit:ident) => { $visit($value) };
@@ -120,6 +130,20 @@ macro_rules! point_state {
     };
     (@make symmetric $next:ident) => { ::estar_tensor::SymmetricTensor(::std::array::from_fn(|_| $next())) };
     (@make inner $next:ident) => { $crate::PointState::from_numbers(&mut $next) };
+    (@select number $mask:ident, $chosen:expr, $otherwise:expr) => { R::select($mask, $chosen, $otherwise) };
+    (@select tensor $mask:ident, $chosen:expr, $otherwise:expr) => {
+        ::estar_tensor::Tensor {
+            columns: ::std::array::from_fn(|j| ::estar_tensor::Vector3(::std::array::from_fn(|i| {
+                R::select($mask, $chosen.columns[j].0[i], $otherwise.columns[j].0[i])
+            }))),
+        }
+    };
+    (@select symmetric $mask:ident, $chosen:expr, $otherwise:expr) => {
+        ::estar_tensor::SymmetricTensor::select($mask, &$chosen, &$otherwise)
+    };
+    (@select inner $mask:ident, $chosen:expr, $otherwise:expr) => {
+        $crate::PointState::select($mask, &$chosen, &$otherwise)
+    };
 }
 
 /// What an update gives back.

@@ -15,8 +15,8 @@ impl Simulation {
     /// Moves the body from t_n to t_{n+1}.
     ///
     /// # Errors
-    /// An inverted element, a value that is not finite, or an energy error over the limit. The state is that of t_{n+1}
-    /// then, so that it can be looked at; it cannot be advanced further with sense.
+    /// An inverted element, a value that is not finite, or a limit of the settings that is passed. The state is that of
+    /// t_{n+1} then, so that it can be looked at; after an inversion it cannot be advanced further with sense.
     pub fn advance(&mut self) -> Result<(), SimulationError> {
         let time_step = self.next_time_step;
 
@@ -66,17 +66,21 @@ impl Simulation {
             let step =
                 HexStep { formulation: block.formulation, bulk_viscosity: self.settings.bulk_viscosity, time_step };
             let report = block.elements.advance(motion, &step, own);
+            block.min_jacobian = report.min_jacobian;
             self.energies.heat += report.plastic_dissipation * block.elements.heat_share().unwrap_or(0.0);
             self.elements = self.elements.followed_by(&report);
         }
-        self.energies.internal += self.elements.internal_energy;
+        self.energies.internal += self.elements.internal_energy - self.elements.deleted_energy;
+        self.energies.deleted += self.elements.deleted_energy;
+        self.deleted_count += u64::from(self.elements.deleted_count);
         self.energies.plastic_dissipation += self.elements.plastic_dissipation;
         self.energies.viscous += self.elements.viscous_energy;
     }
 
     /// Δt = safety × stable step; the last step ends at the end, and the one before is as long.
     pub(crate) fn choose_next_time_step(&mut self) {
-        let stable = self.settings.safety_factor * self.elements.stable_time_step.value;
+        // without any element left nothing else limits it
+        let stable = (self.settings.safety_factor * self.elements.stable_time_step.value).min(self.settings.end);
         let remaining = self.settings.end - self.time;
         self.step_is_last = remaining <= stable;
         self.next_time_step = if remaining <= 0.0 {
@@ -178,11 +182,20 @@ impl Simulation {
             let hex = elements.stable_time_step.hex;
             return Err(SimulationError::Standstill { hex, time_step, step, time });
         }
+        let limit = self.settings.min_time_step;
+        if elements.stable_time_step.value * self.settings.safety_factor < limit && !self.is_finished() {
+            let (hex, time_step) =
+                (elements.stable_time_step.hex, elements.stable_time_step.value * self.settings.safety_factor);
+            return Err(SimulationError::TimeStepTooSmall { hex, time_step, limit, step, time });
+        }
         let (error, limit) = (self.energies.error(), self.settings.energy_error_limit);
         // an error that is not a number is not within the limit
         let within = error.abs() <= limit;
         if !within {
             return Err(SimulationError::EnergyError { error, limit, step, time });
+        }
+        if self.settings.max_steps.is_some_and(|limit| step >= limit) && !self.is_finished() {
+            return Err(SimulationError::StepLimit { step, time });
         }
         Ok(())
     }

@@ -9,12 +9,14 @@ pub struct Energies {
     pub kinetic: f64,
     /// Stress power at the quadrature points ∫∫ T : D dV dt, elastic and plastic.
     pub internal: f64,
-    /// The part of it that plastic flow has dissipated.
+    /// The part of it that plastic flow has dissipated, in deleted elements too.
     pub plastic_dissipation: f64,
     /// The part of that which has heated materials that have a temperature; the rest stays in the defects of the metal.
     pub heat: f64,
     /// Work against bulk viscosity.
     pub viscous: f64,
+    /// Stress power that deleted elements had taken, `internal` no more.
+    pub deleted: f64,
     /// Work of each load of the model.
     pub load_work: Vec<f64>,
     /// Work of the constraints that move: prescribed motions.
@@ -51,10 +53,10 @@ impl Energies {
 
     /// Where it went.
     fn is_there(&self) -> f64 {
-        self.kinetic + self.internal + self.viscous + self.contact
+        self.kinetic + self.internal + self.deleted + self.viscous + self.contact
     }
 
-    /// Kinetic + internal + viscous + contact + step change − external work − initial.
+    /// Kinetic + internal + deleted + viscous + contact + step change − external work − initial.
     pub fn imbalance(&self) -> f64 {
         self.is_there() + self.step_change - self.came_in()
     }

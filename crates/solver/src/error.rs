@@ -154,6 +154,31 @@ pub enum SimulationError {
         /// Time, s.
         time: f64,
     },
+    /// A stable time step below the smallest allowed.
+    #[error(
+        "the time step {time_step:?} s, which hex {hex} controls, is below the limit {limit:?} s at step {step}, \
+         t = {time:?} s"
+    )]
+    TimeStepTooSmall {
+        /// The hex that controls the step.
+        hex: u32,
+        /// The step that would come, s.
+        time_step: f64,
+        /// The limit, s.
+        limit: f64,
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+    },
+    /// As many steps as allowed, and the end not reached.
+    #[error("the end is not reached in {step} steps, but t = {time:?} s")]
+    StepLimit {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+    },
     /// An energy balance that is off by more than allowed.
     #[error("the energy error {error:?} is over the limit {limit:?} at step {step}, t = {time:?} s")]
     EnergyError {

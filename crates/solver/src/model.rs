@@ -163,10 +163,35 @@ pub struct TimeSettings {
     pub bulk_viscosity: Option<BulkViscosity>,
     /// Largest allowed |energy error|, as a fraction.
     pub energy_error_limit: f64,
+    /// What becomes of an element that turns inside out.
+    pub on_inversion: OnInversion,
+    /// Steps after which a run that has not reached its end is over.
+    pub max_steps: Option<u64>,
+    /// Smallest time step that is worth going on with, s; the last two, which meet the end, may be smaller.
+    pub min_time_step: f64,
+}
+
+/// What becomes of an element that turns inside out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnInversion {
+    /// The run ends.
+    #[default]
+    Stop,
+    /// The element is deleted: it has no force and no time step any more, its mass stays at its nodes, and the stress power
+    /// that it has taken is a row of the ledger. Loads on its faces go on.
+    Delete,
 }
 
 impl Default for TimeSettings {
     fn default() -> Self {
-        Self { end: 0.0, safety_factor: 0.9, bulk_viscosity: None, energy_error_limit: 0.1 }
+        Self {
+            end: 0.0,
+            safety_factor: 0.9,
+            bulk_viscosity: None,
+            energy_error_limit: 0.1,
+            on_inversion: OnInversion::Stop,
+            max_steps: None,
+            min_time_step: 0.0,
+        }
     }
 }

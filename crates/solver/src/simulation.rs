@@ -6,8 +6,8 @@ use crate::constraints::Constraints;
 use crate::energy::{CentredWork, Energies};
 use crate::error::ModelError;
 use crate::loads::NodalLoad;
-use crate::model::{Direction, Formulation, LoadKind, Model, Part, RigidWall, TimeSettings};
-use crate::solid_block::{BlockReport, ElementBlock, Largest, block};
+use crate::model::{Direction, Formulation, LoadKind, Model, OnInversion, Part, RigidWall, TimeSettings};
+use crate::solid_block::{BlockReport, ElementBlock, Extreme, Largest, block};
 use estar_element::hex8::{self, CORNERS};
 use estar_mesh::Mesh;
 use estar_tensor::{LaneLevel, Vector3};
@@ -42,6 +42,7 @@ pub struct Simulation {
     pub(crate) walls: Vec<RigidWall>,
     pub(crate) node_sums: Vec<NodeSums>,
     pub(crate) elements: BlockReport,
+    pub(crate) deleted_count: u64,
     pub(crate) energies: Energies,
     pub(crate) constraint_work: CentredWork,
     pub(crate) contact_work: CentredWork,
@@ -67,6 +68,8 @@ pub(crate) struct Nodes {
 pub(crate) struct Block {
     pub formulation: Formulation,
     pub elements: Box<dyn ElementBlock>,
+    /// Smallest det F of its elements.
+    pub min_jacobian: Extreme,
 }
 
 /// Extremes over the elements at one time.
@@ -108,8 +111,9 @@ impl Simulation {
             let elasticity = part.material.elasticity();
             elastic_scale += part_mass.total / elasticity.density() * elasticity.p_wave_modulus();
             let formulation = part.element;
-            let elements = block(part, mesh.hexes(), part_mass.smallest_corners, level);
-            blocks.push(Block { formulation, elements });
+            let deletes = model.settings.on_inversion == OnInversion::Delete;
+            let elements = block(part, mesh.hexes(), part_mass.smallest_corners, deletes, level);
+            blocks.push(Block { formulation, elements, min_jacobian: Extreme::NONE });
         }
         let massless: Vec<usize> = (0..node_count).filter(|&node| mass[node] <= 0.0).collect();
         if let Some(&first) = massless.first() {
@@ -149,6 +153,7 @@ impl Simulation {
             walls: model.walls,
             node_sums: vec![NodeSums::default(); NodeSums::chunk_count(node_count)],
             elements: BlockReport::EMPTY,
+            deleted_count: 0,
             energies: energies.clone(),
             constraint_work: CentredWork::default(),
             contact_work: CentredWork::default(),
@@ -238,7 +243,23 @@ impl Simulation {
         }
     }
 
-    /// Stable time step of every hex, s, without the safety factor and without the effect of bulk viscosity.
+    /// Smallest det F of the elements of each part of the model and the hex that has it, as of the last step. 1 is the start.
+    pub fn min_jacobians(&self) -> impl Iterator<Item = (f64, u32)> {
+        self.blocks.iter().map(|block| (block.min_jacobian.value, block.min_jacobian.hex))
+    }
+
+    /// How many elements have been deleted.
+    pub fn deleted_count(&self) -> u64 {
+        self.deleted_count
+    }
+
+    /// Whether each hex has been deleted.
+    pub fn deleted(&self) -> Vec<bool> {
+        self.stable_time_steps().into_iter().map(|step| step == f64::INFINITY).collect()
+    }
+
+    /// Stable time step of every hex, s, without the safety factor and without the effect of bulk viscosity; infinite of
+    /// deleted ones.
     pub fn stable_time_steps(&self) -> Vec<f64> {
         let mut steps = vec![0.0; self.hex_count()];
         for block in &self.blocks {
@@ -381,7 +402,8 @@ fn check_settings(settings: &TimeSettings) -> Result<(), ModelError> {
         check("quadratic", viscosity.quadratic, viscosity.quadratic >= 0.0, "it must be 0 or greater")?;
     }
     let limit = settings.energy_error_limit;
-    check("energy_error_limit", limit, limit > 0.0, "it must be greater than 0")
+    check("energy_error_limit", limit, limit > 0.0, "it must be greater than 0")?;
+    check("min_time_step", settings.min_time_step, settings.min_time_step >= 0.0, "it must be 0 or greater")
 }
 
 /// Every index of the model is one of the mesh.

@@ -3,7 +3,7 @@
 use crate::fields::HexMeans;
 use crate::model::Part;
 use crate::patch::{PATCH, Patches};
-use estar_element::hex8::{self, CORNERS, CornerVectors, HexHistory, HexMotion, HexStep, POINTS};
+use estar_element::hex8::{self, CORNERS, CornerVectors, HexHistory, HexMotion, HexStep, HexUpdate, POINTS};
 use estar_material::{Material, MaterialVisitor, PointState};
 use estar_tensor::{
     Kernel, LaneLevel, Mask, Real, Rotation, SymmetricTensor, Vector3, WithLanes, array, dispatch, prefetch,
@@ -37,7 +37,7 @@ pub(crate) struct Extreme {
 }
 
 impl Extreme {
-    const NONE: Self = Self { value: f64::INFINITY, hex: 0 };
+    pub const NONE: Self = Self { value: f64::INFINITY, hex: 0 };
 
     fn smaller(self, other: Self) -> Self {
         if other.value < self.value { other } else { self }
@@ -54,6 +54,10 @@ pub(crate) struct BlockReport {
     pub stable_time_step: Extreme,
     /// The first hex with a force or an energy that is not finite.
     pub not_finite: Option<u32>,
+    /// Elements that were deleted in the step.
+    pub deleted_count: u32,
+    /// The stress power that they had taken until then.
+    pub deleted_energy: f64,
 }
 
 impl BlockReport {
@@ -64,6 +68,8 @@ impl BlockReport {
         min_jacobian: Extreme::NONE,
         stable_time_step: Extreme::NONE,
         not_finite: None,
+        deleted_count: 0,
+        deleted_energy: 0.0,
     };
 
     /// The report of this and of a later block or patch.
@@ -75,6 +81,8 @@ impl BlockReport {
             min_jacobian: self.min_jacobian.smaller(later.min_jacobian),
             stable_time_step: self.stable_time_step.smaller(later.stable_time_step),
             not_finite: self.not_finite.or(later.not_finite),
+            deleted_count: self.deleted_count + later.deleted_count,
+            deleted_energy: self.deleted_energy + later.deleted_energy,
         }
     }
 }
@@ -113,7 +121,7 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Bytes of the block's own data, rows of forces included, that [`ElementBlock::advance`] reads and writes.
     fn bytes_per_step(&self) -> usize;
 
-    /// Stable time step of an element on its last geometry, s.
+    /// Stable time step of an element on its last geometry, s; infinite of one that has been deleted.
     fn stable_time_step(&self, element: usize) -> f64;
 
     /// The share of the plastic dissipation that heats the material, where it has a temperature.
@@ -133,10 +141,17 @@ pub(crate) trait ElementBlock: Send + Sync {
     fn restore(&mut self, next: &mut dyn FnMut() -> f64);
 }
 
-/// The block of a part. `corner_mass` is the smallest corner mass of each of its hexes.
-pub(crate) fn block(part: Part, hexes: &[[u32; 8]], corner_mass: Vec<f64>, level: LaneLevel) -> Box<dyn ElementBlock> {
+/// The block of a part. `corner_mass` is the smallest corner mass of each of its hexes; `deletes` says whether elements that
+/// turn inside out are deleted.
+pub(crate) fn block(
+    part: Part,
+    hexes: &[[u32; 8]],
+    corner_mass: Vec<f64>,
+    deletes: bool,
+    level: LaneLevel,
+) -> Box<dyn ElementBlock> {
     let connectivity = part.hexes.iter().map(|&hex| hexes[hex as usize]).collect();
-    let elements = Elements { hexes: part.hexes, connectivity, corner_mass };
+    let elements = Elements { hexes: part.hexes, connectivity, corner_mass, deletes };
     part.material.visit(BlockOf { elements, level })
 }
 
@@ -158,6 +173,7 @@ struct Elements {
     hexes: Vec<u32>,
     connectivity: Vec<[u32; CORNERS]>,
     corner_mass: Vec<f64>,
+    deletes: bool,
 }
 
 struct NewBlock<M> {
@@ -183,6 +199,9 @@ struct SolidBlock<M: Material, R: Real> {
     patches: Patches,
     corner_mass: Vec<R>,
     history: Vec<History<M, R>>,
+    /// Stress power that each element of each patch has taken, J, for the ledger of those that are deleted; empty where none
+    /// ever is.
+    internal_energies: Vec<Vec<R>>,
     reports: Vec<BlockReport>,
 }
 
@@ -191,15 +210,10 @@ impl<M: Material, R: Real> SolidBlock<M, R> {
     const PACK_CORNERS: usize = CORNERS * R::LANES;
 
     fn new(elements: Elements, material: M) -> Self {
-        let Elements { hexes, connectivity, corner_mass } = elements;
+        let Elements { hexes, connectivity, corner_mass, deletes } = elements;
         let count = hexes.len();
         let pack_count = count.div_ceil(R::LANES);
-        let initial = HexHistory {
-            states: [material.initial_state(); POINTS],
-            rotations: [Rotation::identity(); POINTS],
-            stable_time_step: R::splat(0.0),
-            viscous_pressure: R::splat(0.0),
-        };
+        let initial = initial_history(&material, 0.0);
         let mass = |pack: usize| R::from_lanes(|lane| corner_mass[(pack * R::LANES + lane).min(count - 1)]);
         Self {
             material,
@@ -208,8 +222,24 @@ impl<M: Material, R: Real> SolidBlock<M, R> {
             corner_mass: (0..pack_count).map(mass).collect(),
             // each thread is the first to touch its part, which takes as long as all else here
             history: (0..pack_count).into_par_iter().map(|_| initial).collect(),
+            internal_energies: (0..count.div_ceil(PATCH))
+                .map(|patch| {
+                    let packs = (pack_count - patch * PATCH / R::LANES).min(PATCH / R::LANES);
+                    vec![R::splat(0.0); if deletes { packs } else { 0 }]
+                })
+                .collect(),
             reports: vec![BlockReport::EMPTY; count.div_ceil(PATCH)],
         }
+    }
+}
+
+/// The history of elements that have not moved.
+fn initial_history<M: Material, R: Real>(material: &M, stable_time_step: f64) -> History<M, R> {
+    HexHistory {
+        states: [material.initial_state(); POINTS],
+        rotations: [Rotation::identity(); POINTS],
+        stable_time_step: R::splat(stable_time_step),
+        viscous_pressure: R::splat(0.0),
     }
 }
 
@@ -232,14 +262,27 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
             .zip(patches.corners().par_chunks(packs * Self::PACK_CORNERS))
             .zip(self.corner_mass.par_chunks(packs))
             .zip(patch_forces.par_chunks_mut(patches.stride()))
+            .zip(self.internal_energies.par_iter_mut())
             .zip(self.reports.par_iter_mut())
             .enumerate();
-        work.for_each(|(patch, (((((history, hexes), corners), corner_mass), forces), report))| {
-            let nodes = patches.nodes(patch);
-            let forces = &mut forces[..nodes.len()];
-            let kernel = PatchKernel { material, motion, step, hexes, history, nodes, corners, corner_mass, forces };
-            *report = R::vectorize(kernel);
-        });
+        work.for_each(
+            |(patch, ((((((history, hexes), corners), corner_mass), forces), internal_energies), report))| {
+                let nodes = patches.nodes(patch);
+                let kernel = PatchKernel {
+                    material,
+                    motion,
+                    step,
+                    hexes,
+                    history,
+                    internal_energies,
+                    nodes,
+                    corners,
+                    corner_mass,
+                    forces: &mut forces[..nodes.len()],
+                };
+                *report = R::vectorize(kernel);
+            },
+        );
         self.reports.iter().fold(BlockReport::EMPTY, BlockReport::followed_by)
     }
 
@@ -282,6 +325,10 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
             }
             visit(pack.stable_time_step.lane(lane));
             visit(pack.viscous_pressure.lane(lane));
+            let energies = &self.internal_energies[element / PATCH];
+            if let Some(energy) = energies.get(element % PATCH / R::LANES) {
+                visit(energy.lane(lane));
+            }
         }
     }
 
@@ -289,8 +336,10 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
         // numbers of an element
         let mut count = 0;
         self.history[0].states[0].for_each(|_| count += 1);
-        count = POINTS * (count + self.history[0].rotations[0].0.len()) + 2;
+        let deletes = self.internal_energies.iter().any(|energies| !energies.is_empty());
+        count = POINTS * (count + self.history[0].rotations[0].0.len()) + 2 + usize::from(deletes);
         let mut numbers = vec![0.0; count * R::LANES];
+        let mut internal_energies = self.internal_energies.iter_mut().flatten();
         for (pack, hexes) in self.history.iter_mut().zip(self.hexes.chunks(R::LANES)) {
             numbers[..count * hexes.len()].fill_with(&mut *next);
             let mut at = 0;
@@ -305,6 +354,9 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
             }
             pack.stable_time_step = number();
             pack.viscous_pressure = number();
+            if let Some(energy) = internal_energies.next() {
+                *energy = number();
+            }
         }
     }
 }
@@ -316,6 +368,8 @@ struct PatchKernel<'a, M: Material, R: Real> {
     step: &'a HexStep,
     hexes: &'a [u32],
     history: &'a mut [History<M, R>],
+    /// Of each pack; empty where no element is ever deleted.
+    internal_energies: &'a mut [R],
     nodes: &'a [u32],
     corners: &'a [u16],
     corner_mass: &'a [R],
@@ -332,6 +386,8 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
         let mut min_jacobian = LaneExtreme::none();
         let mut stable_time_step = LaneExtreme::none();
         let mut not_finite = None;
+        let deletes = !self.internal_energies.is_empty();
+        let mut deleted = Deleted { count: 0, energy: 0.0 };
         let mut nodes = [0; CORNERS * MOST_LANES];
         let nodes = &mut nodes[..SolidBlock::<M, R>::PACK_CORNERS];
         // forces of a pack, the corners of an element side by side
@@ -370,7 +426,22 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
             for (position, reference) in motion.position.iter_mut().zip(&motion.reference) {
                 *position = *reference + *position;
             }
-            let update = hex8::advance(self.material, history, upcoming, &motion, self.step);
+            let zero = R::splat(0.0);
+            let mut is_deleted = zero.lt(zero);
+            if deletes {
+                is_deleted = rest(history, &mut motion);
+            }
+            let mut update = hex8::advance(self.material, history, upcoming, &motion, self.step);
+            if deletes {
+                let energy_so_far = &mut self.internal_energies[pack];
+                let inverts = update.min_jacobian.le(zero) & !is_deleted;
+                is_deleted = is_deleted | inverts;
+                if is_deleted.any() {
+                    delete(is_deleted, self.material, history, &mut update);
+                    deleted.enter(inverts, energy_so_far, hexes.len());
+                }
+                *energy_so_far += update.internal_energy;
+            }
 
             let mut force_sum = R::splat(0.0);
             for (corner, force) in update.internal_force.iter().enumerate() {
@@ -387,13 +458,13 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
             }
             let finite =
                 force_sum.is_finite() & update.internal_energy.is_finite() & update.stable_time_step.is_finite();
+            let finite = finite | is_deleted;
             if !finite.all() && not_finite.is_none() {
                 let marked = R::select(finite, R::splat(1.0), R::splat(0.0));
                 not_finite = (0..hexes.len()).find(|&lane| marked.lane(lane) == 0.0).map(|lane| hexes[lane]);
             }
             let mut energies = [update.internal_energy, update.plastic_dissipation, update.viscous_energy];
             if hexes.len() < R::LANES {
-                let zero = R::splat(0.0);
                 let counts = R::from_lanes(|lane| if lane < hexes.len() { 1.0 } else { 0.0 }).gt(zero);
                 energies = energies.map(|energy| R::select(counts, energy, zero));
             }
@@ -413,8 +484,75 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
             min_jacobian: min_jacobian.resolved(self.hexes),
             stable_time_step: stable_time_step.resolved(self.hexes),
             not_finite,
+            deleted_count: deleted.count,
+            deleted_energy: deleted.energy,
         }
     }
+}
+
+/// Elements that are deleted in a step.
+struct Deleted {
+    count: u32,
+    /// The stress power that they had taken, J.
+    energy: f64,
+}
+
+impl Deleted {
+    /// Enters those of the first `count` lanes that are deleted now, and takes what they had from `energy`.
+    fn enter<R: Real>(&mut self, now: R::Mask, energy: &mut R, count: usize) {
+        let zero = R::splat(0.0);
+        let (marks, taken) = (R::select(now, R::splat(1.0), zero), R::select(now, *energy, zero));
+        for lane in 0..count {
+            self.count += marks.lane(lane) as u32;
+            self.energy += taken.lane(lane);
+        }
+        *energy = R::select(now, zero, *energy);
+    }
+}
+
+/// The lanes of elements that have been deleted, which their infinite time step tells. They stand still where they began, so
+/// that nothing comes of them.
+#[inline(always)]
+fn rest<S, R: Real>(history: &HexHistory<S, R>, motion: &mut HexMotion<R>) -> R::Mask {
+    let are_deleted = history.stable_time_step.ge(R::splat(f64::INFINITY));
+    if are_deleted.any() {
+        for corner in 0..CORNERS {
+            for axis in 0..3 {
+                let (reference, position) = (motion.reference[corner].0[axis], &mut motion.position[corner].0[axis]);
+                *position = R::select(are_deleted, reference, *position);
+                let velocity = &mut motion.velocity[corner].0[axis];
+                *velocity = R::select(are_deleted, R::splat(0.0), *velocity);
+            }
+        }
+    }
+    are_deleted
+}
+
+/// Takes force, energies and time step from deleted elements, and their history.
+fn delete<M: Material, R: Real>(
+    deleted: R::Mask,
+    material: &M,
+    history: &mut History<M, R>,
+    update: &mut HexUpdate<R>,
+) {
+    let (zero, infinity) = (R::splat(0.0), R::splat(f64::INFINITY));
+    for component in update.internal_force.iter_mut().flat_map(|force| &mut force.0) {
+        *component = R::select(deleted, zero, *component);
+    }
+    for energy in [&mut update.internal_energy, &mut update.plastic_dissipation, &mut update.viscous_energy] {
+        *energy = R::select(deleted, zero, *energy);
+    }
+    update.min_jacobian = R::select(deleted, infinity, update.min_jacobian);
+    update.stable_time_step = R::select(deleted, infinity, update.stable_time_step);
+    let initial = initial_history::<M, R>(material, f64::INFINITY);
+    for (state, initial) in history.states.iter_mut().zip(&initial.states) {
+        *state = PointState::select(deleted, initial, state);
+    }
+    for (rotation, initial) in history.rotations.iter_mut().zip(&initial.rotations) {
+        *rotation = Rotation(array(|i| R::select(deleted, initial.0[i], rotation.0[i])));
+    }
+    history.stable_time_step = R::select(deleted, infinity, history.stable_time_step);
+    history.viscous_pressure = R::select(deleted, zero, history.viscous_pressure);
 }
 
 /// The smallest value of each lane and the pack that has it.

@@ -6,7 +6,7 @@ use crate::simulation::Simulation;
 use crate::solid_block::Extreme;
 
 /// Numbers of the state that stand alone.
-const SCALARS: usize = 15;
+const SCALARS: usize = 17;
 
 impl Simulation {
     /// Calls `visit` with every number of the state, in an order that depends neither on threads nor on lanes.
@@ -64,6 +64,8 @@ impl Simulation {
             f64::from(elements.min_jacobian.hex),
             elements.stable_time_step.value,
             f64::from(elements.stable_time_step.hex),
+            energies.deleted,
+            self.deleted_count as f64,
         ]
     }
 
@@ -86,6 +88,8 @@ impl Simulation {
         self.step_is_last = step_is_last != 0.0;
         elements.min_jacobian = Extreme { value: scalars[11], hex: scalars[12] as u32 };
         elements.stable_time_step = Extreme { value: scalars[13], hex: scalars[14] as u32 };
+        energies.deleted = scalars[15];
+        self.deleted_count = scalars[16] as u64;
     }
 
     fn works(&self) -> impl Iterator<Item = &CentredWork> {
