@@ -390,20 +390,109 @@ fn wrong_command_lines_end_with_status_2() {
     assert!(workshop.estar(&["--version"]).text.starts_with("estar "));
 }
 
+/// A box that is pressed to nothing and turned inside out.
+const CRUSH: &str = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"x\"]\n\
+                     [[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\nquantity = \"displacement\"\n\
+                     curve = [[0, 0], [\"20 ms\", -3]]\n";
+const UNBALANCED: [&str; 2] = ["--set", "time.energy_error_limit=1e9"];
+
+/// The step that a message names.
+fn step_in(errors: &str) -> u64 {
+    let (_, rest) = errors.split_once(" at step ").unwrap();
+    rest.split(',').next().unwrap().parse().unwrap()
+}
+
 #[test]
 fn an_inverted_element_ends_with_status_3_and_is_named() {
     let workshop = Workshop::new();
-    let crush = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"x\"]\n\
-                 [[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\nquantity = \"displacement\"\n\
-                 curve = [[0, 0], [\"20 ms\", -3]]\n";
-    let said = workshop.run(crush, &["--set", "time.energy_error_limit=1e9"]);
-    said.assert(3, &["element ", "at step ", "t = ", "it is in part box, has the nodes", "what usually helps"]);
+    let said = workshop.run(CRUSH, &UNBALANCED);
+    let named = ["element ", "at step ", "t = ", "it is in part box, has the nodes", "what usually helps"];
+    said.assert(3, &[&named[..], &["the last frame and the last row show the step before"]].concat());
     let summary = workshop.summary();
     assert_eq!(summary["status"], "failed");
     let frames = summary["frames"].as_u64().unwrap();
     assert!(frames >= 2);
     assert_eq!(workshop.read("deck/results.pvd").matches("<DataSet ").count() as u64, frames);
     assert!(workshop.read("deck/estar.log").contains("what usually helps"));
+
+    // who came close was named once, and the summary says how close
+    assert_eq!(said.errors.matches("warning: element ").count(), 1, "{}", said.errors);
+    let part = &summary["parts"][0];
+    assert_eq!(part["group"], "box");
+    assert!(part["smallest_jacobian"].as_f64().unwrap() < 0.1 && part["time"].as_f64().unwrap() > 0.0);
+
+    // the last steps of the element and its neighbours: of eight hexes all
+    let series = workshop.read("deck/trouble/results.pvd");
+    assert_eq!(series.matches("<DataSet ").count(), 22.min(inverted_steps(&said.errors)));
+
+    // the same from a checkpoint on the way
+    let frames_of_series = |directory: &str| -> Vec<Vec<u8>> {
+        let mut names: Vec<PathBuf> = fs::read_dir(workshop.path(directory))
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .filter(|path| path.extension().is_some_and(|extension| extension == "vtu"))
+            .collect();
+        names.sort();
+        names.iter().map(|path| fs::read(path).unwrap()).collect()
+    };
+    let series = frames_of_series("deck/trouble/fields");
+    let often = ["--output", "often", "--set", "output.checkpoint='1 us'"];
+    workshop.run(CRUSH, &[&UNBALANCED[..], &often].concat()).assert(3, &["trouble/results.pvd"]);
+    let again = frames_of_series("often/trouble/fields");
+    assert!(series.ends_with(&again), "{} {}", series.len(), again.len());
+
+    // what is shown is the step before, bit for bit
+    let bad = step_in(said.errors.split_once("error: ").unwrap().1);
+    let (last_row, last_frame) = (last_line(&workshop.read("deck/history.csv")), frames - 1);
+    let frame = fs::read(workshop.path(&format!("deck/fields/frame_{last_frame:05}.vtu"))).unwrap();
+    let stop = (bad - 1).to_string();
+    workshop.run(CRUSH, &[&UNBALANCED[..], &["--stop-at-step", &stop, "--threads", "1"]].concat()).assert(0, &[]);
+    assert_eq!(last_line(&workshop.read("deck/history.csv")), last_row);
+    assert_eq!(fs::read(workshop.path(&format!("deck/fields/frame_{last_frame:05}.vtu"))).unwrap(), frame);
+    assert!(!workshop.path("deck/trouble/results.pvd").exists(), "of an earlier run");
+}
+
+fn last_line(text: &str) -> String {
+    text.lines().last().unwrap().to_owned()
+}
+
+/// Frames of the series of a run: the undeformed state, if it is among the last steps, and those that follow.
+fn inverted_steps(errors: &str) -> usize {
+    step_in(errors.split_once("error: ").unwrap().1) as usize + 1
+}
+
+#[test]
+fn inverted_elements_are_deleted_if_the_deck_says_so() {
+    let workshop = Workshop::new();
+    workshop.run(CRUSH, &[&UNBALANCED[..], &["--set", "time.on_inversion='delete'"]].concat()).assert(0, &[]);
+    let summary = workshop.summary();
+    assert_eq!((summary["status"].as_str(), summary["deleted_elements"].as_u64()), (Some("finished"), Some(8)));
+    let history = workshop.read("deck/history.csv");
+    assert!(history.lines().next().unwrap().ends_with(",deleted_energy,deleted_elements"));
+    assert!(last_line(&history).ends_with(",8"));
+    let [taken, left] = ["deleted_energy", "internal_energy"].map(|row| summary["energies"][row].as_f64().unwrap());
+    assert!(taken > 0.0 && left.abs() < 1e-9 * taken, "{taken} {left}");
+    assert!(workshop.read("deck/estar.log").contains("turned inside out or were squeezed flat"));
+    let last = summary["frames"].as_u64().unwrap() - 1;
+    let frame = fs::read(workshop.path(&format!("deck/fields/frame_{last:05}.vtu"))).unwrap();
+    assert!(String::from_utf8_lossy(&frame).contains("Name=\"vtkGhostType\""));
+    workshop.run(CRUSH, &["--set", "time.on_inversion='explode'"]).assert(2, &["the choices are `stop`, `delete`"]);
+}
+
+#[test]
+fn limits_on_steps_end_with_status_3_and_say_so() {
+    let workshop = Workshop::new();
+    let said = workshop.run("", &["--set", "time.max_steps=3"]);
+    said.assert(3, &["the end of 2.000000e-2 s is not reached in [time] max_steps", "at step 3", "`estar check`"]);
+    assert_eq!(workshop.summary()["steps"], 3);
+    let limits = ["--set", "time.min_time_step='0.9 ms'"];
+    workshop.run(CRUSH, &[&UNBALANCED[..], &limits].concat()).assert(
+        3,
+        &["is below [time] min_time_step = 9.0000e-4 s", "which element ", "the last row show the state at this step"],
+    );
+    for bad in ["time.max_steps=0", "time.max_steps=1.5", "time.min_time_step=0.0", "time.min_time_step='1 m'"] {
+        workshop.run("", &["--set", bad]).assert(2, &["`time.m"]);
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! A run that is stopped, killed or interrupted and taken up again is, to the last byte, the run that never stopped.
 //!
 //! Decks: a Taylor bar whose foot rebounds, a necking bar under a probe and expectations, a block that slides on a rough wall
-//! with every load; coarse meshes. Source: none is needed, the straight run is the reference. The long loops are ignored:
+//! with every load, a block that breaks up; coarse meshes. Source: none is needed, the straight run is the reference. The long loops are ignored:
 //! `cargo test --release --test restart -- --include-ignored --nocapture` prints the figures of `docs/reliability.md`.
 
 use std::collections::BTreeMap;
@@ -162,7 +162,39 @@ checkpoint = "20 ms"
     &["box", "--size", "10 mm", "8 mm", "12 mm", "--cells", "5", "4", "6"],
 );
 
-const DECKS: [(&str, (&str, &[&str])); 3] = [("taylor", TAYLOR), ("necking", NECKING), ("friction wall", WALL)];
+const BREAKING: (&str, &[&str]) = (
+    r#"
+[mesh]
+file = "mesh.msh"
+[material.soft]
+theory = "e-star"
+density = 7850.0
+young_modulus = "200 GPa"
+poisson_ratio = 0.3
+hardening = { law = "linear", yield_stress = "300 MPa", modulus = "100 MPa" }
+[[part]]
+group = "box"
+material = "soft"
+[[initial_velocity]]
+group = "box"
+value = [0.0, 0.0, -600.0]
+[[rigid_wall]]
+point = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+friction = 0.2
+[time]
+end = "8 us"
+on_inversion = "delete"
+[output]
+frames = 5
+history_steps = 7
+checkpoint = "20 ms"
+"#,
+    &["box", "--size", "4 mm", "4 mm", "6 mm", "--cells", "6", "6", "9"],
+);
+
+const DECKS: [(&str, (&str, &[&str])); 4] =
+    [("taylor", TAYLOR), ("necking", NECKING), ("friction wall", WALL), ("deletion", BREAKING)];
 
 /// What a run has left: every byte of its results, and the hash of its state.
 #[derive(PartialEq)]
@@ -450,11 +482,13 @@ fn every_number_of_threads_straight_and_resumed_has_one_hash() {
             workshop.run_well(&output, &["--threads", threads]);
             assert_same(&workshop.results(&output), &straight, &format!("{name}, {threads} threads"));
             let output = format!("resumed{threads}");
-            let half = (workshop.summary("straight")["steps"].as_u64().unwrap() / 2).to_string();
+            let half = (workshop.summary("straight")["steps"].as_u64().unwrap() * 3 / 4).to_string();
             workshop.run_well(&output, &["--stop-at-step", &half, "--threads", "2"]);
             workshop.run_well(&output, &["--resume", "--threads", threads]);
             assert_same(&workshop.results(&output), &straight, &format!("{name}, resumed on {threads} threads"));
         }
+        let deleted = workshop.summary("resumed8")["deleted_elements"].as_u64();
+        assert_eq!(deleted > Some(20), name == "deletion", "{deleted:?}");
         println!("{name}: threads 1, 2, 3, 5, 8, straight and resumed: state {}", straight.state_hash);
     }
 }

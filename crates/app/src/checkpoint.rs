@@ -4,6 +4,7 @@
 //! the outputs were, so that these go on without a gap and without a double.
 
 use crate::failure::Failure;
+use crate::inversion::Approach;
 use crate::setup::Problem;
 use crate::summary::hex;
 use estar_io::{Checkpoint, CheckpointWriter};
@@ -65,6 +66,8 @@ pub struct Bookmark {
     pub outcomes: Vec<Option<[Bits; 2]>>,
     /// Step and smallest Jacobian of the last rows.
     pub jacobians: Vec<(u64, Bits)>,
+    /// How close each part has come to inversion.
+    pub approach: Approach,
     /// The first time step, s.
     pub initial_time_step: Bits,
     /// Wall time so far, s.
@@ -132,6 +135,10 @@ fn mesh_hash(mesh: &Mesh) -> String {
         numbers(&mut count(group.faces.len()).chain(members(group.faces.as_flattened())));
     }
     hex(&hasher.finalize())
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn file_name(step: u64) -> String {
@@ -204,12 +211,11 @@ pub struct Found {
 pub fn newest(directory: &Path, identity: &Identity) -> Result<Found, Failure> {
     let mut refusals = Vec::new();
     for path in checkpoints_in(directory) {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         match open(&path, identity) {
             Ok((checkpoint, head)) => {
-                return Ok(Found { checkpoint, path, name, step: head.step, bookmark: head.bookmark, refusals });
+                return Ok(Found::new(checkpoint, path, head, refusals));
             }
-            Err(reason) => refusals.push(format!("{name} cannot be taken up: {reason}")),
+            Err(reason) => refusals.push(format!("{} cannot be taken up: {reason}", name_of(&path))),
         }
     }
     let directory = directory.display();
@@ -224,6 +230,20 @@ pub fn newest(directory: &Path, identity: &Identity) -> Result<Found, Failure> {
     }))
 }
 
+/// The newest good checkpoint of this run at a step or before it; if all are later, the oldest. None if there is none.
+pub fn before(directory: &Path, identity: &Identity, step: u64) -> Option<Found> {
+    let mut oldest = None;
+    for path in checkpoints_in(directory) {
+        let Ok((checkpoint, head)) = open(&path, identity) else { continue };
+        let found = Found::new(checkpoint, path, head, Vec::new());
+        if found.step <= step {
+            return Some(found);
+        }
+        oldest = Some(found);
+    }
+    oldest
+}
+
 fn open(path: &Path, wanted: &Identity) -> Result<(Checkpoint, Head), String> {
     let checkpoint = Checkpoint::open(path).map_err(|error| format!("it {error}"))?;
     let head: Head = serde_json::from_str(checkpoint.head())
@@ -235,6 +255,10 @@ fn open(path: &Path, wanted: &Identity) -> Result<(Checkpoint, Head), String> {
 }
 
 impl Found {
+    fn new(checkpoint: Checkpoint, path: PathBuf, head: Head, refusals: Vec<String>) -> Self {
+        Self { checkpoint, name: name_of(&path), path, step: head.step, bookmark: head.bookmark, refusals }
+    }
+
     /// Brings a simulation of this run to the step of the checkpoint.
     ///
     /// # Errors

@@ -20,6 +20,8 @@ use std::thread::JoinHandle;
 
 /// One thread packs frames for so many threads of the loop.
 const SHARE_OF_THREADS: usize = 4;
+/// What `vtkGhostType` says of a cell that is not to be shown.
+const HIDDEN_CELL: u8 = 32;
 /// Nodes that one thread copies at a time.
 const CHUNK: usize = 4096;
 
@@ -28,7 +30,7 @@ const CHUNK: usize = 4096;
 pub struct FrameWriter {
     fields: Vec<Field>,
     sender: Option<Sender<Order>>,
-    returned: Receiver<Numbers>,
+    returned: Receiver<FrameNumbers>,
     thread: Option<JoinHandle<Result<usize, Failure>>>,
     written: EarlierFrames,
 }
@@ -45,20 +47,22 @@ pub struct EarlierFrames {
 /// What the thread is to do; it gives the buffer back when it has done so.
 enum Order {
     /// Write a frame.
-    Write(Numbers),
+    Write(FrameNumbers),
     /// Put the frames so far on the disk.
-    Sync(Numbers),
+    Sync(FrameNumbers),
 }
 
 /// What a frame takes from the loop; a field that nobody asked for stays empty.
 #[derive(Debug, Default)]
-struct Numbers {
+pub struct FrameNumbers {
     time: f64,
     displacement: Vec<[f64; 3]>,
     velocity: Vec<[f64; 3]>,
     cauchy_stress: Vec<[f64; 6]>,
     equivalent_plastic_strain: Vec<f64>,
     temperature: Vec<f64>,
+    /// Of deleted hexes [`HIDDEN_CELL`]; empty where none ever is deleted.
+    ghosts: Vec<u8>,
 }
 
 impl FrameWriter {
@@ -79,12 +83,7 @@ impl FrameWriter {
         } else {
             ResultWriter::resume(directory, earlier.times.clone()).map_err(failure)?
         };
-        let mut part_of_hex = vec![0; mesh.hex_count()];
-        for (number, part) in parts.iter().enumerate() {
-            for hex in &part.hexes {
-                part_of_hex[*hex as usize] = number as i32 + 1;
-            }
-        }
+        let part_of_hex = part_of_hex(mesh, parts);
         // packing a frame must not crowd out the loop
         let threads = rayon::current_num_threads().div_ceil(SHARE_OF_THREADS);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -94,7 +93,7 @@ impl FrameWriter {
         let (mesh, wanted) = (mesh.clone(), fields.to_vec());
         let write_all = move || {
             // whoever is to take buffers may be gone already: then there is nothing to write
-            let _ = give_back.send(Numbers::default());
+            let _ = give_back.send(FrameNumbers::default());
             let grid = pool.install(|| grid(&mesh, &part_of_hex)).map_err(failure)?;
             drop(part_of_hex);
             for order in orders {
@@ -123,7 +122,7 @@ impl FrameWriter {
     /// # Errors
     /// An earlier frame could not be written.
     pub fn write(&mut self, simulation: &Simulation) -> Result<(), Failure> {
-        if self.written.last_step == Some(simulation.step()) {
+        if self.written.last_step >= Some(simulation.step()) {
             return Ok(());
         }
         self.written.last_step = Some(simulation.step());
@@ -147,7 +146,7 @@ impl FrameWriter {
     }
 
     /// Gives an order, with the buffer that has come back from the one before.
-    fn order(&mut self, order: impl FnOnce(Numbers) -> Order) -> Result<(), Failure> {
+    fn order(&mut self, order: impl FnOnce(FrameNumbers) -> Order) -> Result<(), Failure> {
         // no buffer comes back when the writer has given up
         let sent = self.returned.recv().ok().and_then(|numbers| self.sender.as_ref()?.send(order(numbers)).ok());
         match sent {
@@ -170,8 +169,22 @@ impl FrameWriter {
     }
 }
 
+/// Part of each hex, by its place in the model.
+pub fn part_of_hex(mesh: &Mesh, parts: &[Part]) -> Vec<i32> {
+    let mut part_of_hex = vec![0; mesh.hex_count()];
+    for (number, part) in parts.iter().enumerate() {
+        for hex in &part.hexes {
+            part_of_hex[*hex as usize] = number as i32 + 1;
+        }
+    }
+    part_of_hex
+}
+
 /// What is the same in every frame.
-fn grid(mesh: &Mesh, part_of_hex: &[i32]) -> Result<Grid, WriteError> {
+///
+/// # Errors
+/// The mesh is too large for the format.
+pub fn grid(mesh: &Mesh, part_of_hex: &[i32]) -> Result<Grid, WriteError> {
     let node_labels: Vec<i64> = mesh.node_labels().iter().map(|label| label.0 as i64).collect();
     let hex_labels: Vec<i64> = mesh.hex_labels().iter().map(|label| label.0 as i64).collect();
     let label = |name, data| estar_io::Field { name, components: 1, data };
@@ -180,9 +193,9 @@ fn grid(mesh: &Mesh, part_of_hex: &[i32]) -> Result<Grid, WriteError> {
     Grid::new(mesh.node_count(), mesh.hexes(), &of_nodes, &of_hexes)
 }
 
-impl Numbers {
+impl FrameNumbers {
     /// Copies what the fields need of the present state, with all threads of the pool.
-    fn take(&mut self, simulation: &Simulation, fields: &[Field]) {
+    pub fn take(&mut self, simulation: &Simulation, fields: &[Field]) {
         let (node_count, hex_count) = (simulation.displacement().len(), simulation.hex_count());
         let is_wanted = |those: &[Field]| fields.iter().any(|field| those.contains(field));
         self.time = simulation.time();
@@ -205,10 +218,41 @@ impl Numbers {
             self.temperature.resize(hex_count, 0.0);
             self.temperature.as_mut_slice()
         });
+        self.ghosts.clear();
+        if simulation.deletes() {
+            self.ghosts.extend(simulation.deleted().into_iter().map(|deleted| if deleted { HIDDEN_CELL } else { 0 }));
+        }
         simulation.write_means(HexMeans { cauchy_stress: stress, equivalent_plastic_strain: strain, temperature });
     }
 
-    fn write(&self, writer: &mut ResultWriter, grid: &Grid, mesh: &Mesh, fields: &[Field]) -> Result<(), WriteError> {
+    /// The numbers of some nodes and hexes, in their order.
+    pub fn of(&self, nodes: &[u32], hexes: &[u32]) -> Self {
+        fn chosen<T: Copy>(all: &[T], indices: &[u32]) -> Vec<T> {
+            let indices = indices.iter().filter(|_| !all.is_empty());
+            indices.map(|&index| all[index as usize]).collect()
+        }
+        Self {
+            time: self.time,
+            displacement: chosen(&self.displacement, nodes),
+            velocity: chosen(&self.velocity, nodes),
+            cauchy_stress: chosen(&self.cauchy_stress, hexes),
+            equivalent_plastic_strain: chosen(&self.equivalent_plastic_strain, hexes),
+            temperature: chosen(&self.temperature, hexes),
+            ghosts: chosen(&self.ghosts, hexes),
+        }
+    }
+
+    /// Writes the frame.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write(
+        &self,
+        writer: &mut ResultWriter,
+        grid: &Grid,
+        mesh: &Mesh,
+        fields: &[Field],
+    ) -> Result<(), WriteError> {
         let (reference, displacement, stress) = (mesh.coordinates(), &self.displacement, &self.cauchy_stress);
         let place = |k: usize| reference[k / 3][k % 3] + displacement[k / 3][k % 3];
         let von_mises_stress = |hex: usize| von_mises_stress(&stress[hex]);
@@ -234,6 +278,10 @@ impl Numbers {
                 Field::VolumeRatio => (&mut cell_fields, "volume_ratio", 1, computed(&volume_ratio)),
             };
             all.push(estar_io::Field { name, components, data });
+        }
+        if !self.ghosts.is_empty() {
+            let data = FieldData::U8(&self.ghosts);
+            cell_fields.push(estar_io::Field { name: "vtkGhostType", components: 1, data });
         }
         let points = FieldData::Computed { count: 3 * mesh.node_count(), number: &place };
         writer.write_frame(&Frame { time: self.time, grid, points, node_fields, cell_fields }).map(|_| ())

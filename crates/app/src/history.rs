@@ -1,8 +1,10 @@
 //! `history.csv`: a row of numbers every so often.
 
 use crate::failure::Failure;
+use crate::setup::Problem;
 use crate::snapshot::Snapshot;
 use estar_io::{HistoryWriter, Value};
+use estar_solver::model::OnInversion;
 use std::path::{Path, PathBuf};
 
 /// The columns before those of the probes.
@@ -30,6 +32,9 @@ pub const COLUMNS: [&str; 18] = [
 /// Those that follow where a material has a temperature.
 pub const THERMAL_COLUMNS: [&str; 2] = ["heat", "max_temperature"];
 
+/// Those that follow where elements can be deleted.
+pub const DELETION_COLUMNS: [&str; 2] = ["deleted_energy", "deleted_elements"];
+
 /// The growing file.
 #[derive(Debug)]
 pub struct History {
@@ -40,9 +45,14 @@ pub struct History {
 
 const FILE: &str = "history.csv";
 
-fn columns<'a>(has_temperature: bool, probes: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+/// The columns of the history of a problem.
+fn columns(problem: &Problem) -> Vec<&str> {
+    let has_temperature = problem.model.parts.iter().any(|part| part.material.has_temperature());
     let thermal = THERMAL_COLUMNS.into_iter().filter(|_| has_temperature);
-    COLUMNS.into_iter().chain(thermal).chain(probes).collect()
+    let deletes = problem.model.settings.on_inversion == OnInversion::Delete;
+    let deletion = DELETION_COLUMNS.into_iter().filter(|_| deletes);
+    let probes = problem.probes.iter().map(|probe| probe.name.as_str());
+    COLUMNS.into_iter().chain(thermal).chain(deletion).chain(probes).collect()
 }
 
 impl History {
@@ -50,14 +60,9 @@ impl History {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn create<'a>(
-        directory: &Path,
-        has_temperature: bool,
-        probes: impl Iterator<Item = &'a str>,
-    ) -> Result<Self, Failure> {
+    pub fn create(directory: &Path, problem: &Problem) -> Result<Self, Failure> {
         let path = directory.join(FILE);
-        let writer =
-            HistoryWriter::create(&path, &columns(has_temperature, probes)).map_err(Failure::writing(&path))?;
+        let writer = HistoryWriter::create(&path, &columns(problem)).map_err(Failure::writing(&path))?;
         Ok(Self { path, writer, row_count: 0 })
     }
 
@@ -65,14 +70,9 @@ impl History {
     ///
     /// # Errors
     /// It cannot be read or written, or has not so many rows.
-    pub fn resume<'a>(
-        directory: &Path,
-        has_temperature: bool,
-        probes: impl Iterator<Item = &'a str>,
-        row_count: u64,
-    ) -> Result<Self, Failure> {
+    pub fn resume(directory: &Path, problem: &Problem, row_count: u64) -> Result<Self, Failure> {
         let path = directory.join(FILE);
-        let writer = HistoryWriter::resume(&path, &columns(has_temperature, probes), row_count);
+        let writer = HistoryWriter::resume(&path, &columns(problem), row_count);
         Ok(Self { writer: writer.map_err(Failure::writing(&path))?, path, row_count })
     }
 
@@ -122,6 +122,9 @@ impl History {
         ];
         if let Some(temperature) = extremes.max_temperature {
             row.extend([Value::Real(energies.heat), Value::Real(temperature)]);
+        }
+        if simulation.deletes() {
+            row.extend([Value::Real(energies.deleted), Value::Integer(simulation.deleted_count())]);
         }
         row.extend(probes.iter().map(|value| Value::Real(*value)));
         self.writer.write_row(&row).map_err(Failure::writing(&self.path))?;

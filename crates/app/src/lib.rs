@@ -17,6 +17,7 @@ pub mod fields;
 pub mod format;
 pub mod frames;
 pub mod history;
+pub mod inversion;
 pub mod lock;
 pub mod mesh_command;
 pub mod output;

@@ -6,6 +6,7 @@ use crate::deck::settings::CheckpointEvery;
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::failure::Failure;
 use crate::fields::Field;
+use crate::inversion;
 use std::path::{Path, PathBuf};
 
 /// Frames where the deck does not say how many.
@@ -157,7 +158,10 @@ fn results_in(directory: &Path) -> Vec<PathBuf> {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         entries.map(|entry| entry.path()).filter(move |path| is_ours(path))
     };
+    let trouble = directory.join(inversion::FOLDER);
+    found.extend(Some(trouble.join("results.pvd")).filter(|path| path.is_file()));
     found.extend(in_folder(directory.join("fields"), is_frame));
+    found.extend(in_folder(trouble.join("fields"), is_frame));
     found.extend(in_folder(directory.to_owned(), is_checkpoint));
     found
 }

@@ -150,6 +150,14 @@ impl Progress {
         Ok(())
     }
 
+    /// Does something while the bar is not in the way.
+    pub fn beside(&self, work: impl FnOnce()) {
+        match &self.bar {
+            Some(bar) => bar.suspend(work),
+            None => work(),
+        }
+    }
+
     /// Ends the bar and writes the last line of `run.jsonl`.
     ///
     /// # Errors

@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use crate::format::{bytes, count, duration, prefixed};
 use crate::frames::{EarlierFrames, FrameWriter};
 use crate::history::History;
+use crate::inversion::{self, Approach, Neighbourhood};
 use crate::lock::Lock;
 use crate::output::{Schedule, clear_directory, default_directory, make_directory};
 use crate::progress::{EarlierLegs, Progress};
@@ -112,7 +113,7 @@ fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Resu
     let bookmark = found.map(|found| found.bookmark);
     let mut run = Run::start(problem, simulation, bookmark, &directory, identity, console)?;
     let ending = run.advance_to_end(&is_interrupted, options.stop_at_step);
-    let outcome = run.conclude(ending, threads, lanes);
+    let outcome = run.conclude(ending, &is_interrupted, threads, lanes);
     drop(lock);
     outcome
 }
@@ -151,10 +152,12 @@ struct Run<'a> {
     outcomes: Vec<Option<Outcome>>,
     last_row: Option<u64>,
     jacobians: Vec<(u64, f64)>,
+    approach: Approach,
     initial_time_step: f64,
     identity: Identity,
     /// When the next checkpoint falls due.
     checkpoint_due: Option<Instant>,
+    has_checkpoint: bool,
 }
 
 impl<'a> Run<'a> {
@@ -169,12 +172,10 @@ impl<'a> Run<'a> {
     ) -> Result<Self, Failure> {
         let goes_on = bookmark.is_some();
         let bookmark = bookmark.unwrap_or_else(|| beginning(&problem, &simulation));
-        let has_temperature = problem.model.parts.iter().any(|part| part.material.has_temperature());
-        let probes = problem.probes.iter().map(|probe| probe.name.as_str());
         let history = if goes_on {
-            History::resume(directory, has_temperature, probes, bookmark.history_rows)?
+            History::resume(directory, &problem, bookmark.history_rows)?
         } else {
-            History::create(directory, has_temperature, probes)?
+            History::create(directory, &problem)?
         };
         let earlier = EarlierFrames {
             times: bookmark.frame_times.iter().map(|time| f64::from(*time)).collect(),
@@ -196,8 +197,10 @@ impl<'a> Run<'a> {
             outcomes: problem.expectations.iter().zip(&bookmark.outcomes).map(outcome).collect(),
             last_row: bookmark.last_row,
             jacobians: bookmark.jacobians.iter().map(|(step, jacobian)| (*step, f64::from(*jacobian))).collect(),
+            approach: bookmark.approach,
             initial_time_step: f64::from(bookmark.initial_time_step),
             checkpoint_due: None,
+            has_checkpoint: goes_on,
             problem,
             simulation,
             directory,
@@ -243,12 +246,14 @@ impl<'a> Run<'a> {
             pending: self.pending.clone(),
             outcomes: self.outcomes.iter().map(seen).collect(),
             jacobians: self.jacobians.iter().map(|(step, jacobian)| (*step, Bits::from(*jacobian))).collect(),
+            approach: self.approach.clone(),
             initial_time_step: Bits::from(self.initial_time_step),
             wall_seconds: self.progress.wall_seconds(),
         };
         let name = checkpoint::write(self.directory, &self.identity, bookmark, &self.simulation)?;
         self.console.note(&format!("{name}: t = {:.6e} s", self.simulation.time()));
         self.schedule_checkpoint();
+        self.has_checkpoint = true;
         Ok(())
     }
 
@@ -269,6 +274,7 @@ impl<'a> Run<'a> {
             if let Err(error) = self.simulation.advance() {
                 return Ok(Ending::Failed(error));
             }
+            self.look_out()?;
             let (time, step) = (self.simulation.time(), self.simulation.step());
             let row_is_due = self.history_schedule.is_due(time, step);
             let frame_is_due = self.frame_schedule.is_due(time, step);
@@ -283,11 +289,29 @@ impl<'a> Run<'a> {
         Ok(Ending::Finished)
     }
 
+    /// Tells of elements that come close to inversion or are deleted. The approach is worth a checkpoint, unless the beginning
+    /// is as near: if it ends badly the last steps are repeated from there.
+    fn look_out(&mut self) -> Result<(), Failure> {
+        if let Some(deletions) = self.approach.deletions(&self.problem, &self.simulation) {
+            self.console.note(&deletions);
+        }
+        let warnings = self.approach.look(&self.problem, &self.simulation);
+        for warning in &warnings {
+            self.progress.beside(|| tell(&format!("{warning}\n")));
+            self.console.note(warning);
+        }
+        if !warnings.is_empty() && self.has_checkpoint {
+            self.write_checkpoint()?;
+        }
+        Ok(())
+    }
+
     /// Writes a row and a frame of the present step, each once.
     fn write(&mut self, row: bool, frame: bool) -> Result<(), Failure> {
         let snapshot = Snapshot::new(&self.problem.mesh, &self.simulation);
         let step = self.simulation.step();
-        if row && self.last_row != Some(step) {
+        // a repetition that was left may be at an earlier step than the last row
+        if row && self.last_row < Some(step) {
             let values: Vec<f64> = self.problem.probes.iter().map(|probe| probe.value(&snapshot)).collect();
             let min_jacobian = self.history.write(&snapshot, &values)?;
             self.jacobians.push((step, min_jacobian));
@@ -332,7 +356,13 @@ impl<'a> Run<'a> {
     }
 
     /// Writes what remains to be written, however the loop ended, and says what came of it.
-    fn conclude(mut self, ending: Result<Ending, Failure>, threads: usize, lanes: LaneLevel) -> Result<(), Failure> {
+    fn conclude(
+        mut self,
+        ending: Result<Ending, Failure>,
+        is_interrupted: &AtomicBool,
+        threads: usize,
+        lanes: LaneLevel,
+    ) -> Result<(), Failure> {
         let ending = match ending {
             Ok(ending) => ending,
             Err(failure) => {
@@ -343,6 +373,21 @@ impl<'a> Run<'a> {
             }
         };
         self.progress.finish(&self.simulation)?;
+        let trouble = match &ending {
+            Ending::Finished => None,
+            Ending::Stopped => Some(format!("stopped {}", self.where_it_goes_on())),
+            Ending::Interrupted => Some(format!("interrupted {}", self.where_it_goes_on())),
+            Ending::Failed(error) => {
+                let told = trouble::of_simulation(error, &self.problem, &self.simulation, &self.jacobians);
+                let shown = match error {
+                    SimulationError::ElementInverted { hex, .. } | SimulationError::NotFinite { hex, .. } => {
+                        self.show_last_steps(*hex, is_interrupted, lanes)?
+                    }
+                    _ => "the last frame and the last row show the state at this step".to_owned(),
+                };
+                Some(format!("{}\n  {shown}\n{}", told.what, told.help))
+            }
+        };
         self.write(true, true)?;
         let frames = self.frames.finish()?;
         if matches!(ending, Ending::Finished) {
@@ -352,14 +397,6 @@ impl<'a> Run<'a> {
                 }
             }
         }
-        let trouble = match &ending {
-            Ending::Finished => None,
-            Ending::Stopped => Some(format!("stopped {}", self.where_it_goes_on())),
-            Ending::Interrupted => Some(format!("interrupted {}", self.where_it_goes_on())),
-            Ending::Failed(error) => {
-                Some(trouble::of_simulation(error, &self.problem, &self.simulation, &self.jacobians))
-            }
-        };
         let summary = self.summary(&ending, trouble.clone(), frames, threads, lanes);
         summary.write(self.directory)?;
         let outcomes = &summary.expectations;
@@ -385,6 +422,46 @@ impl<'a> Run<'a> {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Goes back to the last good step, which is repeated bit for bit from the newest checkpoint or from the beginning, and
+    /// writes the series of `hex` and its neighbours through the steps before and the bad one; what there is to see.
+    fn show_last_steps(&mut self, hex: u32, is_interrupted: &AtomicBool, lanes: LaneLevel) -> Result<String, Failure> {
+        let neighbourhood = Neighbourhood::of(hex, &self.problem)?;
+        let bad = neighbourhood.seen(&self.simulation);
+        let last_good = self.simulation.step() - 1;
+        let first_shown = last_good.saturating_sub(inversion::STEPS_SHOWN);
+        match checkpoint::before(self.directory, &self.identity, first_shown) {
+            Some(found) => found.restore(&mut self.simulation)?,
+            None => self.simulation = setup::simulation(&self.problem, lanes).map_err(Failure::Input)?,
+        }
+        let from = self.simulation.step();
+        self.console.say(&format!(
+            "repeating the steps from {from} to {last_good}, to show the last of them (Ctrl-C leaves it)"
+        ));
+        let mut states = Vec::new();
+        loop {
+            let step = self.simulation.step();
+            if step >= first_shown {
+                states.push(neighbourhood.seen(&self.simulation));
+            }
+            if step >= last_good {
+                break;
+            }
+            if is_interrupted.load(Ordering::Relaxed) || self.simulation.advance().is_err() {
+                return Ok(
+                    "its last steps were not repeated to the end; the last frame and the last row are older".to_owned()
+                );
+            }
+        }
+        states.push(bad);
+        neighbourhood.write(&states, self.directory)?;
+        Ok(format!(
+            "the last frame and the last row show the step before; {}/results.pvd shows the element and its neighbours through \
+             the last {} steps",
+            inversion::FOLDER,
+            states.len()
+        ))
     }
 
     /// Where the run was stopped, and how it goes on.
@@ -436,6 +513,8 @@ impl<'a> Run<'a> {
             energies: EnergySummary::new(simulation, &load_names),
             energy_error: simulation.energies().error(),
             momentum: simulation.momentum(),
+            deleted_elements: simulation.deleted_count(),
+            parts: self.approach.summary(problem),
             extremes: ExtremeSummary::new(&snapshot),
             probes: problem.probes.iter().map(|probe| (probe.name.clone(), probe.value(&snapshot))).collect(),
             expectations_met: outcomes.len() == self.outcomes.len() && outcomes.iter().all(|outcome| outcome.met),
@@ -459,6 +538,7 @@ fn beginning(problem: &Problem, simulation: &Simulation) -> Bookmark {
         pending: (0..expectations.len()).filter(is_pending).collect(),
         outcomes: vec![None; expectations.len()],
         jacobians: Vec::new(),
+        approach: Approach::beginning(problem),
         initial_time_step: Bits::from(simulation.time_step()),
         wall_seconds: 0.0,
     }
@@ -517,8 +597,9 @@ fn conclusion(summary: &Summary, directory: &Path) -> String {
     let rows = [
         ("kinetic energy", energies.kinetic_energy),
         ("internal energy", energies.internal_energy),
-        ("of it dissipated", energies.plastic_dissipation),
-        ("of that as heat", energies.heat),
+        ("plastic dissipation", energies.plastic_dissipation),
+        ("of it as heat", energies.heat),
+        ("deleted elements", energies.deleted_energy),
         ("bulk viscosity", energies.viscous_energy),
         ("external work", energies.external_work),
         ("contact", energies.contact_energy),

@@ -280,6 +280,9 @@ fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
                 quadratic: viscosity.quadratic.value,
             }),
             energy_error_limit: deck.time.energy_error_limit.value,
+            on_inversion: deck.time.on_inversion,
+            max_steps: deck.time.max_steps.map(|count| count.0),
+            min_time_step: deck.time.min_time_step.map(|step| step.value),
         },
     }
 }

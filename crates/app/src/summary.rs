@@ -56,6 +56,10 @@ pub struct Summary {
     pub momentum: [f64; 3],
     /// Extremes at the end.
     pub extremes: ExtremeSummary,
+    /// Elements that have been deleted.
+    pub deleted_elements: u64,
+    /// By the number of the part in the deck, from 1: its group, and the smallest Jacobian of the run with its element.
+    pub parts: Vec<PartSummary>,
     /// Value of every probe at the end, SI.
     pub probes: BTreeMap<String, f64>,
     /// What became of the expectations.
@@ -93,6 +97,8 @@ pub struct EnergySummary {
     pub plastic_dissipation: f64,
     /// The part of the dissipation that has heated materials with a temperature.
     pub heat: f64,
+    /// What deleted elements had taken, and `internal_energy` has no more.
+    pub deleted_energy: f64,
     pub viscous_energy: f64,
     pub hourglass_energy: f64,
     pub external_work: f64,
@@ -102,6 +108,19 @@ pub struct EnergySummary {
     pub contact_energy: f64,
     pub mass_scaling_energy: f64,
     pub step_change_energy: f64,
+}
+
+/// How close a part came to inversion.
+#[derive(Debug, Serialize)]
+pub struct PartSummary {
+    /// Its group.
+    pub group: String,
+    /// The smallest Jacobian, det F, that one of its elements had in any step.
+    pub smallest_jacobian: f64,
+    /// The element.
+    pub element: u64,
+    /// When, s.
+    pub time: f64,
 }
 
 /// Extremes over the elements.
@@ -139,6 +158,7 @@ impl EnergySummary {
             internal_energy: energies.internal,
             plastic_dissipation: energies.plastic_dissipation,
             heat: energies.heat,
+            deleted_energy: energies.deleted,
             viscous_energy: energies.viscous,
             hourglass_energy: 0.0,
             external_work: energies.external_work(),

@@ -49,19 +49,27 @@ pub fn of_standstill(problem: &Problem, simulation: &Simulation) -> String {
     )
 }
 
+/// What is told of a run that could not go on.
+pub struct Told {
+    /// What went wrong, and where.
+    pub what: String,
+    /// What usually helps.
+    pub help: String,
+}
+
 /// A run that could not go on.
 pub fn of_simulation(
     error: &SimulationError,
     problem: &Problem,
     simulation: &Simulation,
     jacobians: &[(u64, f64)],
-) -> String {
+) -> Told {
     let (what, hex, help) = match error {
         SimulationError::ElementInverted { hex, jacobian, .. } => (
             format!("element {} inverted (smallest Jacobian {jacobian:.4e})", label(*hex, problem)),
             Some(*hex),
             "a finer or better shaped mesh there, a smaller [time] safety_factor, bulk_viscosity for shocks, a slower \
-             load; or a unit that is wrong",
+             load, [time] on_inversion = \"delete\"; or a unit that is wrong",
         ),
         SimulationError::NotFinite { hex, .. } => (
             format!("a value in element {} is not finite", label(*hex, problem)),
@@ -75,6 +83,19 @@ pub fn of_simulation(
             ),
             Some(*hex),
             "a better shaped mesh there: an element is squeezed flat",
+        ),
+        SimulationError::TimeStepTooSmall { hex, time_step, limit, .. } => (
+            format!(
+                "the time step of {time_step:.4e} s, which element {} controls, is below [time] min_time_step = {limit:.4e} s",
+                label(*hex, problem)
+            ),
+            Some(*hex),
+            "a better shaped mesh there, or a smaller min_time_step if the wait is worth it",
+        ),
+        SimulationError::StepLimit { .. } => (
+            format!("the end of {:.6e} s is not reached in [time] max_steps", simulation.end_time()),
+            None,
+            "a larger max_steps; `estar check` says how many steps to expect",
         ),
         SimulationError::EnergyError { error, .. } if error.is_nan() => (
             "the energy error is not a number".to_owned(),
@@ -97,9 +118,7 @@ pub fn of_simulation(
         "\n  smallest Jacobian of all elements in the last rows of the history: {}",
         history.join(", ")
     ));
-    text.push_str("\n  the last frame shows the state at this step");
-    text.push_str(&format!("\nhelp: what usually helps: {help}"));
-    text
+    Told { what: text, help: format!("help: what usually helps: {help}") }
 }
 
 /// A Jacobian: near 1 as people write it, far from it with an exponent.

@@ -66,6 +66,8 @@ pub enum FieldData<'a> {
     I32(&'a [i32]),
     /// 64-bit integers.
     I64(&'a [i64]),
+    /// Bytes.
+    U8(&'a [u8]),
 }
 
 /// A frame that cannot be written because its parts do not fit.
@@ -243,6 +245,7 @@ impl FieldData<'_> {
             FieldData::F32(data) => data.len(),
             FieldData::I32(data) => data.len(),
             FieldData::I64(data) => data.len(),
+            FieldData::U8(data) => data.len(),
         }
     }
 
@@ -252,6 +255,7 @@ impl FieldData<'_> {
             FieldData::F32(_) => "Float32",
             FieldData::I32(_) => "Int32",
             FieldData::I64(_) => "Int64",
+            FieldData::U8(_) => "UInt8",
         }
     }
 }
@@ -300,6 +304,7 @@ fn compressed_field(field: &Field) -> io::Result<CompressedField> {
         FieldData::F32(data) => compressed(data.len(), |k| data[k].to_le_bytes()),
         FieldData::I32(data) => compressed(data.len(), |k| data[k].to_le_bytes()),
         FieldData::I64(data) => compressed(data.len(), |k| data[k].to_le_bytes()),
+        FieldData::U8(data) => compressed(data.len(), |k| [data[k]]),
     };
     Ok(CompressedField {
         vtk_type: field.data.vtk_type(),

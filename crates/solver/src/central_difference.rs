@@ -65,7 +65,7 @@ impl Simulation {
             patch_forces = rest;
             let step =
                 HexStep { formulation: block.formulation, bulk_viscosity: self.settings.bulk_viscosity, time_step };
-            let report = block.elements.advance(motion, &step, own);
+            let report = block.elements.advance(motion, &step, self.least_stable_time_step, own);
             block.min_jacobian = report.min_jacobian;
             self.energies.heat += report.plastic_dissipation * block.elements.heat_share().unwrap_or(0.0);
             self.elements = self.elements.followed_by(&report);
@@ -182,10 +182,10 @@ impl Simulation {
             let hex = elements.stable_time_step.hex;
             return Err(SimulationError::Standstill { hex, time_step, step, time });
         }
-        let limit = self.settings.min_time_step;
-        if elements.stable_time_step.value * self.settings.safety_factor < limit && !self.is_finished() {
-            let (hex, time_step) =
-                (elements.stable_time_step.hex, elements.stable_time_step.value * self.settings.safety_factor);
+        if elements.stable_time_step.value < self.least_stable_time_step && !self.is_finished() {
+            let factor = self.settings.safety_factor;
+            let (hex, time_step) = (elements.stable_time_step.hex, factor * elements.stable_time_step.value);
+            let limit = factor * self.least_stable_time_step;
             return Err(SimulationError::TimeStepTooSmall { hex, time_step, limit, step, time });
         }
         let (error, limit) = (self.energies.error(), self.settings.energy_error_limit);

@@ -167,11 +167,12 @@ pub struct TimeSettings {
     pub on_inversion: OnInversion,
     /// Steps after which a run that has not reached its end is over.
     pub max_steps: Option<u64>,
-    /// Smallest time step that is worth going on with, s; the last two, which meet the end, may be smaller.
-    pub min_time_step: f64,
+    /// Smallest time step that is worth going on with, s, but for the last two, which meet the end. Where elements are deleted,
+    /// those that ask for a smaller one are, and a hundredth of the first step is the limit unless given.
+    pub min_time_step: Option<f64>,
 }
 
-/// What becomes of an element that turns inside out.
+/// What becomes of an element that turns inside out, or is squeezed so flat that its time step is too small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnInversion {
     /// The run ends.
@@ -191,7 +192,7 @@ impl Default for TimeSettings {
             energy_error_limit: 0.1,
             on_inversion: OnInversion::Stop,
             max_steps: None,
-            min_time_step: 0.0,
+            min_time_step: None,
         }
     }
 }

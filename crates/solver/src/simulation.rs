@@ -13,6 +13,9 @@ use estar_mesh::Mesh;
 use estar_tensor::{LaneLevel, Vector3};
 use rayon::prelude::*;
 
+/// Where elements are deleted, those are whose stable time step is below this share of the first of the mesh.
+const DELETED_BELOW: f64 = 0.01;
+
 /// Hexes whose masses are held at a time.
 const MASS_CHUNK: usize = 1 << 16;
 
@@ -23,6 +26,8 @@ const MASS_CHUNK: usize = 1 << 16;
 /// nothing.
 pub struct Simulation {
     pub(crate) settings: TimeSettings,
+    /// Stable time step, s, below which the run stops or elements are deleted.
+    pub(crate) least_stable_time_step: f64,
     pub(crate) step: u64,
     pub(crate) time: f64,
     /// Δt_{n−½}.
@@ -140,6 +145,7 @@ impl Simulation {
         let energies = Energies::new(initial_kinetic, elastic_scale, loads.len());
         let mut simulation = Self {
             settings: model.settings,
+            least_stable_time_step: 0.0,
             step: 0,
             time: 0.0,
             time_step: 0.0,
@@ -173,6 +179,12 @@ impl Simulation {
         if let Some(hex) = simulation.elements.not_finite {
             return Err(ModelError::NotFinite { hex });
         }
+        let settings = &simulation.settings;
+        simulation.least_stable_time_step = match settings.min_time_step {
+            Some(least) => least / settings.safety_factor,
+            None if simulation.deletes() => DELETED_BELOW * simulation.elements.stable_time_step.value,
+            None => 0.0,
+        };
         simulation.choose_next_time_step();
         simulation.update_loads();
         simulation.kick();
@@ -246,6 +258,11 @@ impl Simulation {
     /// Smallest det F of the elements of each part of the model and the hex that has it, as of the last step. 1 is the start.
     pub fn min_jacobians(&self) -> impl Iterator<Item = (f64, u32)> {
         self.blocks.iter().map(|block| (block.min_jacobian.value, block.min_jacobian.hex))
+    }
+
+    /// Whether elements that turn inside out are deleted.
+    pub fn deletes(&self) -> bool {
+        self.settings.on_inversion == OnInversion::Delete
     }
 
     /// How many elements have been deleted.
@@ -403,7 +420,8 @@ fn check_settings(settings: &TimeSettings) -> Result<(), ModelError> {
     }
     let limit = settings.energy_error_limit;
     check("energy_error_limit", limit, limit > 0.0, "it must be greater than 0")?;
-    check("min_time_step", settings.min_time_step, settings.min_time_step >= 0.0, "it must be 0 or greater")
+    let least = settings.min_time_step.unwrap_or(0.0);
+    check("min_time_step", least, least >= 0.0, "it must be 0 or greater")
 }
 
 /// Every index of the model is one of the mesh.

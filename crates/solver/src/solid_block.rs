@@ -115,8 +115,15 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// The nodes of the block.
     fn patches(&self) -> &Patches;
 
-    /// Moves every element to t_{n+1} and writes the forces −∫ T ∇N_a dV on the nodes of each patch to its rows.
-    fn advance(&mut self, motion: NodalMotion<'_>, step: &HexStep, patch_forces: &mut [[f64; 4]]) -> BlockReport;
+    /// Moves every element to t_{n+1} and writes the forces −∫ T ∇N_a dV on the nodes of each patch to its rows. Of a block
+    /// that deletes elements, one whose stable time step is below `least_stable_time_step` (s) is deleted, too.
+    fn advance(
+        &mut self,
+        motion: NodalMotion<'_>,
+        step: &HexStep,
+        least_stable_time_step: f64,
+        patch_forces: &mut [[f64; 4]],
+    ) -> BlockReport;
 
     /// Bytes of the block's own data, rows of forces included, that [`ElementBlock::advance`] reads and writes.
     fn bytes_per_step(&self) -> usize;
@@ -252,7 +259,13 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
         &self.patches
     }
 
-    fn advance(&mut self, motion: NodalMotion<'_>, step: &HexStep, patch_forces: &mut [[f64; 4]]) -> BlockReport {
+    fn advance(
+        &mut self,
+        motion: NodalMotion<'_>,
+        step: &HexStep,
+        least_stable_time_step: f64,
+        patch_forces: &mut [[f64; 4]],
+    ) -> BlockReport {
         let packs = PATCH / R::LANES;
         let (material, patches) = (&self.material, &self.patches);
         let work = self
@@ -272,6 +285,7 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
                     material,
                     motion,
                     step,
+                    least_stable_time_step,
                     hexes,
                     history,
                     internal_energies,
@@ -366,6 +380,7 @@ struct PatchKernel<'a, M: Material, R: Real> {
     material: &'a M,
     motion: NodalMotion<'a>,
     step: &'a HexStep,
+    least_stable_time_step: f64,
     hexes: &'a [u32],
     history: &'a mut [History<M, R>],
     /// Of each pack; empty where no element is ever deleted.
@@ -434,11 +449,12 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
             let mut update = hex8::advance(self.material, history, upcoming, &motion, self.step);
             if deletes {
                 let energy_so_far = &mut self.internal_energies[pack];
-                let inverts = update.min_jacobian.le(zero) & !is_deleted;
-                is_deleted = is_deleted | inverts;
+                let is_flat = update.stable_time_step.lt(R::splat(self.least_stable_time_step));
+                let ends = (update.min_jacobian.le(zero) | is_flat) & !is_deleted;
+                is_deleted = is_deleted | ends;
                 if is_deleted.any() {
                     delete(is_deleted, self.material, history, &mut update);
-                    deleted.enter(inverts, energy_so_far, hexes.len());
+                    deleted.enter(ends, energy_so_far, hexes.len());
                 }
                 *energy_so_far += update.internal_energy;
             }

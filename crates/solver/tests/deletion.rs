@@ -168,7 +168,8 @@ fn limits_on_steps_end_the_run() {
     let settings = TimeSettings { on_inversion: OnInversion::Delete, ..until(10e-6) };
     let (error, first, step) = ends(TimeSettings { max_steps: Some(7), ..settings });
     assert!(matches!(error, SimulationError::StepLimit { step: 7, .. }) && step == 7, "{error}");
-    let (error, ..) = ends(TimeSettings { min_time_step: 0.5 * first, ..settings });
+    let (error, ..) =
+        ends(TimeSettings { min_time_step: Some(0.5 * first), on_inversion: OnInversion::Stop, ..settings });
     match error {
         SimulationError::TimeStepTooSmall { time_step, limit, step, .. } => {
             assert!(time_step < limit && limit == 0.5 * first && step > 7, "{error}");
@@ -176,7 +177,8 @@ fn limits_on_steps_end_the_run() {
         other => panic!("{other}"),
     }
     // a step that only has to meet the end is none too small
-    let meets_the_end = TimeSettings { max_steps: Some(1), min_time_step: 0.9 * first, end: 0.1 * first, ..settings };
+    let meets_the_end =
+        TimeSettings { max_steps: Some(1), min_time_step: Some(0.9 * first), end: 0.1 * first, ..settings };
     let mut simulation =
         Simulation::new(&mesh, Model { settings: meets_the_end, ..wreck(&mesh, 1.0, 1.0) }, LaneLevel::best()).unwrap();
     simulation.advance().unwrap();

@@ -6,6 +6,7 @@ use super::schema::{Choice, Schema};
 use super::tree::{Node, Value};
 use super::values::{Count, Fraction, NotNegative, Number, Positive, Quantity, Time};
 use crate::fields::Field;
+use estar_solver::model::OnInversion;
 
 deck_table! {
     /// Time integration.
@@ -18,8 +19,21 @@ deck_table! {
         bulk_viscosity: BulkViscosityTable = optional,
         /// Largest |energy error| before the run stops, as a fraction of the energy put in.
         energy_error_limit: Quantity<Positive<Number>> = default("'10 %'"),
+        /// What becomes of an element that turns inside out, or is squeezed flat.
+        on_inversion: OnInversion = default("'stop'"),
+        /// Steps after which a run stops that has not reached its end.
+        max_steps: Count = optional,
+        /// Smallest time step that is worth going on with; below it the run stops, or with `on_inversion = "delete"` the elements
+        /// that ask for less are deleted; there it is a hundredth of the first step unless given.
+        min_time_step: Quantity<Positive<Time>> = optional,
     }
 }
+
+deck_choice! { OnInversion {
+    "stop" => OnInversion::Stop, "the run ends with status 3, and shows the element and its neighbours through their last steps";
+    "delete" => OnInversion::Delete, "the element has no force and no time step any more, its mass stays at its nodes, and its energy is \
+        a row of the ledger; loads on its faces go on";
+} }
 
 deck_table! {
     /// A pressure against fast volume change, which smooths shocks and damps ringing.
