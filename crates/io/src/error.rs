@@ -193,6 +193,12 @@ pub enum Problem {
     /// A name that is not text.
     #[error("a name is not valid UTF-8; rename the group")]
     NameNotUtf8,
+    /// A name that no deck can write, and that could steer a terminal.
+    #[error("the name {name:?} has a control character; rename the group")]
+    NameWithControl {
+        /// The name.
+        name: String,
+    },
     /// A line that cannot be understood.
     #[error("{message}")]
     Syntax {
@@ -271,6 +277,14 @@ impl Problem {
     pub(crate) fn at(self, place: Place) -> Located {
         Located { place, problem: self }
     }
+}
+
+/// A name that can be shown as it is.
+pub(crate) fn visible_name(name: &str) -> Result<String, Problem> {
+    if name.contains(char::is_control) {
+        return Err(Problem::NameWithControl { name: name.to_owned() });
+    }
+    Ok(name.to_owned())
 }
 
 /// A short, printable form of bytes from a file.

@@ -266,6 +266,14 @@ fn names_that_are_not_text_are_refused() {
 }
 
 #[test]
+fn names_that_could_steer_a_terminal_are_refused() {
+    let bytes = changed_in(ONE_HEX.as_bytes(), "\"b\"", "\"b\u{1b}[2J\"");
+    assert_eq!(error(&bytes), "a.msh:6: the name \"b\\u{1b}[2J\" has a control character; rename the group");
+    let bytes = [&abaqus(&sample())[..], b"*NSET, NSET=a\0b\n2\n"].concat();
+    assert!(error(&bytes).contains("the name \"a\\0b\" has a control character"), "{}", error(&bytes));
+}
+
+#[test]
 fn a_hex_in_two_groups_of_a_2_2_file_is_one_hex() {
     // Gmsh writes it once for each group, under another number.
     let mesh = sample();

@@ -4,6 +4,8 @@ pub mod column;
 pub mod path;
 mod plots;
 
+pub use plots::figure;
+
 use crate::console::{is_coloured, print, tell};
 use crate::deck::point::{PointProblem, Subject};
 use crate::deck::source::read_text;
@@ -57,7 +59,7 @@ pub fn point(options: &PointOptions) -> Result<(), Failure> {
     let records = verdicts.iter().map(|(label, found)| VerdictRecord::new(label, found)).collect::<Vec<_>>();
     let records = if records.is_empty() { None } else { serde_json::to_vec_pretty(&records).ok() };
     replace(&directory.join("consistency.json"), records)?;
-    draw(&plots::figure(&problem, &journeys), &directory)?;
+    draw(&figure(&problem, &journeys), &directory)?;
     let written = format!("\n  written    {}", directory.display());
     print(&(account(&problem, &journeys) + &verdict_in_words(&verdicts) + &written))?;
     if troubles.is_empty() { Ok(()) } else { Err(Failure::Simulation(troubles.join("\n"))) }
@@ -115,7 +117,8 @@ pub struct Journey {
 }
 
 impl Journey {
-    fn of(subject: &Subject, path: &Path) -> Self {
+    /// The way of a material along a path.
+    pub fn of(subject: &Subject, path: &Path) -> Self {
         subject.model.visit(Along(path))
     }
 }

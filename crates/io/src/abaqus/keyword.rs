@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::error::{Located, Place, Problem, excerpt};
+use crate::error::{Located, Place, Problem, excerpt, visible_name};
 
 /// A line that says something.
 #[derive(Debug, Clone)]
@@ -151,6 +151,6 @@ pub(super) fn checked_name(line: &Line, name: &str) -> Result<String, Located> {
     } else if name.contains('\u{fffd}') {
         Err(line.fail(Problem::NameNotUtf8))
     } else {
-        Ok(name.to_owned())
+        visible_name(name).map_err(|problem| line.fail(problem))
     }
 }

@@ -6,7 +6,7 @@ use estar_mesh::{Group, GroupKind};
 
 use super::section_end;
 use crate::cursor::Cursor;
-use crate::error::{Located, Problem, excerpt};
+use crate::error::{Located, Problem, excerpt, visible_name};
 
 /// The kind of group of each dimension.
 const KINDS: [GroupKind; 4] = [GroupKind::Point, GroupKind::Curve, GroupKind::Surface, GroupKind::Volume];
@@ -46,6 +46,7 @@ impl PhysicalGroups {
                 let message = format!("expected: dimension, number, \"name\"; found: {}", excerpt(line));
                 return Err(at.fail(Problem::Syntax { message }));
             };
+            let name = visible_name(&name).map_err(|problem| at.fail(problem))?;
             self.names.insert(key, name);
         }
         section_end(cursor, "PhysicalNames")
