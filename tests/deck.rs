@@ -431,6 +431,135 @@ fn damaged_decks_are_answered_without_a_panic() {
     }
 }
 
+/// Every table and value below a value, by the keys that lead there.
+fn places(value: &toml::Value, path: &mut Vec<String>, found: &mut Vec<Vec<String>>) {
+    found.push(path.clone());
+    let entries: Vec<(String, &toml::Value)> = match value {
+        toml::Value::Table(table) => table.iter().map(|(key, value)| (key.clone(), value)).collect(),
+        toml::Value::Array(list) => list.iter().enumerate().map(|(index, value)| (index.to_string(), value)).collect(),
+        _ => Vec::new(),
+    };
+    for (key, value) in entries {
+        path.push(key);
+        places(value, path, found);
+        path.pop();
+    }
+}
+
+fn at<'a>(value: &'a mut toml::Value, path: &[String]) -> &'a mut toml::Value {
+    path.iter().fold(value, |value, key| match value {
+        toml::Value::Array(list) => &mut list[key.parse::<usize>().unwrap()],
+        value => &mut value[key.as_str()],
+    })
+}
+
+/// A deck, whether its parser reads it, and whether anything that the schema knows of was damaged.
+struct Case {
+    is_point: bool,
+    deck: toml::Value,
+    is_read: bool,
+    is_damaged: bool,
+}
+
+/// A deck, and all decks that differ from it in one place: a key that there is none of, a wrong type, a key that is gone.
+fn cases_of(text: &str, path: &Path, is_point: bool) -> Vec<Case> {
+    let case = |deck: toml::Value, is_damaged| {
+        let text = toml::to_string(&deck).unwrap();
+        let is_read = if is_point {
+            deck::read_point(path, &text, &[]).deck.is_some()
+        } else {
+            deck::read(path, &text, &[]).deck.is_some()
+        };
+        Case { is_point, deck, is_read, is_damaged }
+    };
+    let good: toml::Value = toml::from_str(text).unwrap();
+    let mut cases = vec![case(good.clone(), false)];
+    assert!(cases[0].is_read, "{}", path.display());
+    let mut found = Vec::new();
+    places(&good, &mut Vec::new(), &mut found);
+    for place in found {
+        let mut deck = good.clone();
+        // a table under names may have any
+        let is_named = place.len() == 1 && place[0] == "material";
+        if let toml::Value::Table(table) = at(&mut deck, &place)
+            && !is_named
+        {
+            table.insert("no_such_key".to_owned(), 1.into());
+            cases.push(case(deck, true));
+        }
+        let Some((key, parent)) = place.split_last() else { continue };
+        let mut deck = good.clone();
+        *at(&mut deck, &place) = true.into();
+        cases.push(case(deck, true));
+        let mut deck = good.clone();
+        if let toml::Value::Table(table) = at(&mut deck, parent) {
+            table.remove(key);
+            cases.push(case(deck, false));
+        }
+    }
+    cases
+}
+
+/// Needs Python with the package `jsonschema`; without it the test says that it was skipped.
+#[test]
+fn the_json_schema_takes_what_the_parser_takes_and_knows_every_key_and_type() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let python = |arguments: &[&std::ffi::OsStr]| std::process::Command::new("python3").args(arguments).output();
+    if !python(&["-c".as_ref(), "import jsonschema".as_ref()]).is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: Python's package jsonschema is not installed (pip install jsonschema)");
+        return;
+    }
+    let mut cases = Vec::new();
+    for folder in ["meshes/taylor", "meshes/necking", "meshes/cook", "meshes/point", "fuzz/seeds/deck"] {
+        let entries = std::fs::read_dir(root.join(folder)).unwrap();
+        let paths = entries.map(|entry| entry.unwrap().path());
+        for path in paths.filter(|path| path.extension().is_some_and(|extension| extension == "toml")) {
+            cases.extend(cases_of(&std::fs::read_to_string(&path).unwrap(), &path, folder.ends_with("point")));
+        }
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let questions = directory.path().join("questions.json");
+    let decks: Vec<_> = cases.iter().map(|case| (usize::from(case.is_point), &case.deck)).collect();
+    let schemas = [deck::json_schema::of_deck(), deck::json_schema::of_point_deck()];
+    std::fs::write(&questions, serde_json::to_vec(&(schemas, decks)).unwrap()).unwrap();
+    let answer = python(&[root.join("tests/validate_decks.py").as_ref(), questions.as_ref()]).unwrap();
+    assert!(answer.status.success(), "{}", String::from_utf8_lossy(&answer.stderr));
+    let faults: Vec<Option<String>> = serde_json::from_slice(&answer.stdout).unwrap();
+    assert_eq!(faults.len(), cases.len());
+    for (case, fault) in cases.iter().zip(&faults) {
+        let deck = toml::to_string(&case.deck).unwrap();
+        assert!(fault.is_none() || !case.is_read, "the schema refuses what is read: {fault:?}\n{deck}");
+        assert!(!case.is_damaged || (fault.is_some() && !case.is_read), "damage is not seen: {fault:?}\n{deck}");
+    }
+}
+
+#[test]
+fn the_schema_has_every_key_of_the_reference() {
+    fn keys(schema: &serde_json::Value, found: &mut std::collections::BTreeSet<String>) {
+        if let Some(properties) = schema["properties"].as_object() {
+            found.extend(properties.keys().cloned());
+        }
+        match schema {
+            serde_json::Value::Object(map) => map.values().for_each(|value| keys(value, found)),
+            serde_json::Value::Array(list) => list.iter().for_each(|value| keys(value, found)),
+            _ => {}
+        }
+    }
+    let mut in_schema = std::collections::BTreeSet::new();
+    keys(&deck::json_schema::of_deck(), &mut in_schema);
+    keys(&deck::json_schema::of_point_deck(), &mut in_schema);
+    let reference = deck::document::markdown();
+    let first = |line: &str, before: &str| Some(line.trim_start().strip_prefix(before)?.split('`').next()?.to_owned());
+    let mut in_reference: std::collections::BTreeSet<String> =
+        reference.lines().filter_map(|line| first(line, "| `").or_else(|| first(line, "**`"))).collect();
+    // these are headings: `[mesh]`, `[[part]]`, `[material.NAME]`
+    in_reference.extend(reference.lines().filter_map(|line| {
+        let name = line.strip_prefix("## `[")?.trim_start_matches('[');
+        Some(name.split([']', '.']).next()?.to_owned())
+    }));
+    assert_eq!(in_schema, in_reference);
+}
+
 #[test]
 fn deck_reference_is_up_to_date() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/deck.md");

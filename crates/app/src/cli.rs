@@ -2,7 +2,8 @@
 
 use crate::bench::{BenchOptions, bench};
 use crate::check::{CheckOptions, check};
-use crate::console::tell;
+use crate::console::{print, tell};
+use crate::deck::json_schema;
 use crate::example::{self, ExampleArguments};
 use crate::failure::Failure;
 use crate::mesh_command::{MeshCommand, mesh};
@@ -44,10 +45,7 @@ enum Command {
 }
 
 #[derive(Debug, Args)]
-struct DeckArguments {
-    /// The deck (TOML)
-    #[arg(value_name = "DECK")]
-    deck: PathBuf,
+struct RunningArguments {
     /// Replace or add a key of the deck, its value written as there: --set time.end='"1 us"'
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
@@ -62,8 +60,11 @@ struct DeckArguments {
 
 #[derive(Debug, Args)]
 struct RunArguments {
+    /// The deck (TOML)
+    #[arg(value_name = "DECK")]
+    deck: PathBuf,
     #[command(flatten)]
-    deck: DeckArguments,
+    running: RunningArguments,
     /// Directory of the results; beside the deck and named after it unless given
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
@@ -83,24 +84,33 @@ struct RunArguments {
 
 #[derive(Debug, Args)]
 struct CheckArguments {
+    /// The deck (TOML)
+    #[arg(value_name = "DECK", required_unless_present = "schema")]
+    deck: Option<PathBuf>,
     #[command(flatten)]
-    deck: DeckArguments,
+    running: RunningArguments,
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Print the JSON Schema of decks, with which editors complete and check them
+    #[arg(long, exclusive = true)]
+    schema: bool,
 }
 
 #[derive(Debug, Args)]
 struct PointArguments {
     /// The deck (TOML)
-    #[arg(value_name = "DECK")]
-    deck: PathBuf,
+    #[arg(value_name = "DECK", required_unless_present = "schema")]
+    deck: Option<PathBuf>,
     /// Replace or add a key of the deck, its value written as there: --set path.steps=100
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
     /// Directory of the results; beside the deck and named after it unless given
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Print the JSON Schema of such decks, with which editors complete and check them
+    #[arg(long, exclusive = true)]
+    schema: bool,
 }
 
 #[derive(Debug, Args)]
@@ -177,26 +187,28 @@ pub fn main() -> ExitCode {
 fn execute(command: Command) -> Result<(), Failure> {
     match command {
         Command::Run(arguments) => run(&RunOptions {
-            deck: arguments.deck.deck,
-            overrides: arguments.deck.overrides,
+            deck: arguments.deck,
+            overrides: arguments.running.overrides,
             output: arguments.output,
-            threads: arguments.deck.threads,
-            lanes: arguments.deck.lanes,
+            threads: arguments.running.threads,
+            lanes: arguments.running.lanes,
             is_quiet: arguments.quiet,
             force: arguments.force,
             resume: arguments.resume,
             stop_at_step: arguments.stop_at_step,
         }),
-        Command::Check(arguments) => check(&CheckOptions {
-            deck: arguments.deck.deck,
-            overrides: arguments.deck.overrides,
-            threads: arguments.deck.threads,
-            lanes: arguments.deck.lanes,
-            json: arguments.json,
+        Command::Check(CheckArguments { deck: Some(deck), running, json, .. }) => check(&CheckOptions {
+            deck,
+            overrides: running.overrides,
+            threads: running.threads,
+            lanes: running.lanes,
+            json,
         }),
-        Command::Point(arguments) => {
-            point(&PointOptions { deck: arguments.deck, overrides: arguments.overrides, output: arguments.output })
+        Command::Check(CheckArguments { deck: None, .. }) => print_schema(&json_schema::of_deck()),
+        Command::Point(PointArguments { deck: Some(deck), overrides, output, .. }) => {
+            point(&PointOptions { deck, overrides, output })
         }
+        Command::Point(PointArguments { deck: None, .. }) => print_schema(&json_schema::of_point_deck()),
         Command::Example(arguments) => example::example(&arguments),
         Command::Mesh(command) => mesh(&command),
         Command::Bench(arguments) => bench(&BenchOptions {
@@ -208,4 +220,8 @@ fn execute(command: Command) -> Result<(), Failure> {
             json: arguments.json,
         }),
     }
+}
+
+fn print_schema(schema: &serde_json::Value) -> Result<(), Failure> {
+    print(&format!("{schema:#}"))
 }

@@ -335,7 +335,8 @@ fn example_of(key: &str, schema: &Schema) -> String {
         Schema::Named(_) => format!("a table such as [{key}.NAME]"),
         Schema::List(_) => format!("a list, or [[{key}]]"),
         Schema::Points(..) => format!("a list of points, such as {key} = [[0.0, 0.0], [1.0, 1.0]]"),
-        Schema::Vector(..) => format!("a list of three numbers, such as {key} = [0.0, 0.0, 1.0]"),
+        Schema::Vector(..) | Schema::Direction => format!("a list of three numbers, such as {key} = [0.0, 0.0, 1.0]"),
+        Schema::Rows(row, _) => format!("a list of rows {row}"),
         Schema::Count => "a whole number from 1".to_owned(),
         Schema::Either(schemas) => schemas.first().map_or_else(String::new, |schema| example_of(key, schema)),
     }

@@ -21,6 +21,10 @@ powers: `kg/m^3`, `m/s²`, `J/(kg K)`. A unit of the wrong dimension is an error
 **On the command line** `estar run DECK --set KEY=VALUE` replaces or adds any key, as in `--set time.end='\"1 us\"'` or
 `--set part.0.element='\"hex8\"'` (entries of a list are counted from 0).
 
+**In an editor** that knows JSON Schema, keys are completed, explained and checked while you type: `estar check --schema`
+prints the schema of decks, `estar point --schema` that of decks of a material point. With Taplo and Even Better TOML, save it
+beside the deck and let the deck begin with the line `#:schema ./estar.schema.json`.
+
 Below, `[name]` is a table that stands once, `[[name]]` one that may stand any number of times.
 ";
 
@@ -140,14 +144,16 @@ fn write_keys<'a>(text: &mut String, keys: impl Iterator<Item = &'a KeySchema>) 
 }
 
 /// What a value must be, in words.
-fn value(schema: &Schema) -> String {
+pub(super) fn value(schema: &Schema) -> String {
     match schema {
         Schema::Text(what) => (*what).to_owned(),
         Schema::Group(kinds) => format!("name of a {kinds} group"),
         Schema::Count => "whole number from 1".to_owned(),
         Schema::Quantity(quantity) => words(quantity),
         Schema::Vector(quantity, count) => format!("list of {count}: {}", words(quantity)),
+        Schema::Direction => "list of 3: number, not all 0".to_owned(),
         Schema::Points(x, y) => format!("list of pairs: {}; {}", words(x), words(y)),
+        Schema::Rows(row, _) => format!("list of rows {row}"),
         Schema::Choice(choices) => {
             let names = choices.iter().map(|choice| format!("`\"{}\"` ({})", choice.name, choice.doc));
             names.collect::<Vec<_>>().join(", ")
@@ -167,12 +173,17 @@ fn words(quantity: &QuantitySchema) -> String {
         Some(dimension) => format!("{dimension} ({})", dimension.si_unit()),
     };
     let name = dimension.trim_start_matches("an ").trim_start_matches("a ");
-    match quantity.bound {
+    match quantity.interval.words() {
         Some(bound) => format!("{name}, {bound}"),
         None => name.to_owned(),
     }
 }
 
 fn one_line(doc: &str) -> String {
-    doc.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|")
+    joined(doc).replace('|', "\\|")
+}
+
+/// A text on one line.
+pub(super) fn joined(doc: &str) -> String {
+    doc.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -2,7 +2,7 @@
 
 use super::decoder::{Decoder, FromDeck};
 use super::macros::{deck_choice, deck_table, deck_variants};
-use super::schema::{QuantitySchema, Schema};
+use super::schema::{Interval, QuantitySchema, Schema};
 use super::tree::Node;
 use super::units::Dimension;
 use super::values::{
@@ -269,7 +269,8 @@ pub struct TablePoints(Vec<[f64; 2]>);
 
 impl FromDeck for TablePoints {
     fn schema() -> Schema {
-        let quantity = |dimension| QuantitySchema { dimension: Some(dimension), bound: None, is_angle: false };
+        let quantity =
+            |dimension| QuantitySchema { dimension: Some(dimension), interval: Interval::ALL, is_angle: false };
         Schema::Points(quantity(Dimension::NUMBER), quantity(Dimension::STRESS))
     }
 

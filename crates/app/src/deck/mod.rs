@@ -5,6 +5,7 @@
 
 pub mod decoder;
 pub mod document;
+pub mod json_schema;
 mod macros;
 pub mod material;
 pub mod model;

@@ -148,10 +148,9 @@ pub struct GradientRows(pub Vec<GradientRow>);
 
 impl FromDeck for GradientRows {
     fn schema() -> Schema {
-        Schema::Text(
-            "list of rows [time (s), F11, F12, F13, F21, F22, F23, F31, F32, F33], times increasing, the first row that of \
-             the undeformed state",
-        )
+        let row = "[time (s), F11, F12, F13, F21, F22, F23, F31, F32, F33], times increasing, the first row that of the \
+                   undeformed state";
+        Schema::Rows(row, 10)
     }
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {

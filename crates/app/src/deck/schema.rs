@@ -1,6 +1,7 @@
 //! What a deck may contain, described by the types that read it.
 
 use super::units::Dimension;
+use End::{Excluded, Included};
 
 /// What a value must be.
 #[derive(Clone, Debug)]
@@ -15,8 +16,12 @@ pub enum Schema {
     Quantity(QuantitySchema),
     /// A list of quantities of one dimension, as long as said.
     Vector(QuantitySchema, usize),
+    /// Three numbers, not all 0.
+    Direction,
     /// A list of pairs of quantities.
     Points(QuantitySchema, QuantitySchema),
+    /// A list of rows of so many quantities, with what they are.
+    Rows(&'static str, usize),
     /// One of the names.
     Choice(Vec<Choice>),
     /// A table.
@@ -29,15 +34,73 @@ pub enum Schema {
     Either(Vec<Schema>),
 }
 
-/// The dimension of a quantity, and its bound in words.
+/// The dimension of a quantity, and the values that it may have.
 #[derive(Clone, Copy, Debug)]
 pub struct QuantitySchema {
     /// The dimension; none where it follows from another key.
     pub dimension: Option<Dimension>,
-    /// The bound, such as "greater than 0".
-    pub bound: Option<&'static str>,
+    /// The values in SI units.
+    pub interval: Interval,
     /// Whether it is an angle, which must say in what.
     pub is_angle: bool,
+}
+
+/// Finite values between two ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The end below, if any.
+    pub low: Option<End>,
+    /// The end above, if any.
+    pub high: Option<End>,
+}
+
+/// An end of an interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum End {
+    /// It belongs to the interval.
+    Included(f64),
+    /// It does not.
+    Excluded(f64),
+}
+
+impl Interval {
+    /// Every finite value.
+    pub const ALL: Self = Self { low: None, high: None };
+    /// Values greater than 0.
+    pub const POSITIVE: Self = Self { low: Some(Excluded(0.0)), high: None };
+
+    /// Whether a value is in it.
+    pub fn contains(&self, value: f64) -> bool {
+        let is_above = self.low.is_none_or(|end| match end {
+            Included(low) => value >= low,
+            Excluded(low) => value > low,
+        });
+        let is_below = self.high.is_none_or(|end| match end {
+            Included(high) => value <= high,
+            Excluded(high) => value < high,
+        });
+        value.is_finite() && is_above && is_below
+    }
+
+    /// The ends in words, such as "greater than 0", if there are any.
+    pub fn words(&self) -> Option<String> {
+        let above = |end| match end {
+            Included(low) => format!("{low} or greater"),
+            Excluded(low) => format!("greater than {low}"),
+        };
+        let below = |end| match end {
+            Included(high) => format!("at most {high}"),
+            Excluded(high) => format!("less than {high}"),
+        };
+        match (self.low, self.high) {
+            (None, None) => None,
+            (Some(low), None) => Some(above(low)),
+            (None, Some(high)) => Some(below(high)),
+            (Some(Included(low)), Some(Included(high))) => Some(format!("from {low} to {high}")),
+            (Some(Excluded(low)), Some(Excluded(high))) => Some(format!("between {low} and {high}")),
+            (Some(low), Some(high)) => Some(format!("{} and {}", above(low), below(high))),
+        }
+    }
 }
 
 /// A name that may be written, and what it means.

@@ -1,7 +1,8 @@
 //! Values that many keys share: quantities, vectors, curves, names.
 
 use super::decoder::{At, Decoder, FromDeck, GroupMention, Mention, Named};
-use super::schema::{QuantitySchema, Schema};
+use super::schema::End::{Excluded, Included};
+use super::schema::{Interval, QuantitySchema, Schema};
 use super::tree::{Node, Value};
 use super::units::{self, Dimension, Measured, UnitError};
 use crate::diagnostics::{Diagnostic, Span};
@@ -14,14 +15,10 @@ use std::path::PathBuf;
 pub trait Measure {
     /// Its dimension.
     const DIMENSION: Dimension;
-    /// Its bound in words, if any.
-    const BOUND: Option<&'static str> = None;
+    /// The values that it may have.
+    const INTERVAL: Interval = Interval::ALL;
     /// Whether it is an angle. A plain number that is not 0 could be degrees, and is refused.
     const IS_ANGLE: bool = false;
-    /// Whether a value is within the bound.
-    fn allows(value: f64) -> bool {
-        value.is_finite()
-    }
 }
 
 macro_rules! measures {
@@ -65,10 +62,7 @@ pub struct Positive<M>(PhantomData<M>);
 impl<M: Measure> Measure for Positive<M> {
     const DIMENSION: Dimension = M::DIMENSION;
     const IS_ANGLE: bool = M::IS_ANGLE;
-    const BOUND: Option<&'static str> = Some("greater than 0");
-    fn allows(value: f64) -> bool {
-        M::allows(value) && value > 0.0
-    }
+    const INTERVAL: Interval = Interval::POSITIVE;
 }
 
 /// `M`, 0 or greater.
@@ -78,10 +72,7 @@ pub struct NotNegative<M>(PhantomData<M>);
 impl<M: Measure> Measure for NotNegative<M> {
     const DIMENSION: Dimension = M::DIMENSION;
     const IS_ANGLE: bool = M::IS_ANGLE;
-    const BOUND: Option<&'static str> = Some("0 or greater");
-    fn allows(value: f64) -> bool {
-        M::allows(value) && value >= 0.0
-    }
+    const INTERVAL: Interval = Interval { low: Some(Included(0.0)), high: None };
 }
 
 /// An angle, rad, written with its unit.
@@ -99,11 +90,7 @@ pub struct PoissonRatio;
 
 impl Measure for PoissonRatio {
     const DIMENSION: Dimension = Dimension::NUMBER;
-    const BOUND: Option<&'static str> = Some("between -1 and 0.5");
-
-    fn allows(value: f64) -> bool {
-        -1.0 < value && value < 0.5
-    }
+    const INTERVAL: Interval = Interval { low: Some(Excluded(-1.0)), high: Some(Excluded(0.5)) };
 }
 
 /// A fraction of one: greater than 0, at most 1.
@@ -112,10 +99,7 @@ pub struct Fraction;
 
 impl Measure for Fraction {
     const DIMENSION: Dimension = Dimension::NUMBER;
-    const BOUND: Option<&'static str> = Some("greater than 0 and at most 1");
-    fn allows(value: f64) -> bool {
-        value > 0.0 && value <= 1.0
-    }
+    const INTERVAL: Interval = Interval { high: Some(Included(1.0)), ..Interval::POSITIVE };
 }
 
 /// A share of a whole: from 0 to 1.
@@ -124,10 +108,7 @@ pub struct Share;
 
 impl Measure for Share {
     const DIMENSION: Dimension = Dimension::NUMBER;
-    const BOUND: Option<&'static str> = Some("from 0 to 1");
-    fn allows(value: f64) -> bool {
-        (0.0..=1.0).contains(&value)
-    }
+    const INTERVAL: Interval = Interval { low: Some(Included(0.0)), high: Some(Included(1.0)) };
 }
 
 /// A quantity in SI units.
@@ -146,7 +127,7 @@ impl<M: Measure> Quantity<M> {
 }
 
 fn quantity_schema<M: Measure>() -> QuantitySchema {
-    QuantitySchema { dimension: Some(M::DIMENSION), bound: M::BOUND, is_angle: M::IS_ANGLE }
+    QuantitySchema { dimension: Some(M::DIMENSION), interval: M::INTERVAL, is_angle: M::IS_ANGLE }
 }
 
 impl<M: Measure> FromDeck for Quantity<M> {
@@ -168,8 +149,9 @@ impl<M: Measure> FromDeck for Quantity<M> {
             decoder.report(diagnostic.at(node.span, "degrees or radians?").help(help));
             return None;
         }
-        if !M::allows(measured.value) {
-            let bound = M::BOUND.filter(|_| measured.value.is_finite()).unwrap_or("a finite number");
+        if !M::INTERVAL.contains(measured.value) {
+            let bound = M::INTERVAL.words().filter(|_| measured.value.is_finite());
+            let bound = bound.unwrap_or_else(|| "a finite number".to_owned());
             let diagnostic = Diagnostic::error(format!("`{}` must be {bound}", decoder.place()));
             let unit = match M::DIMENSION.si_unit() {
                 one if one == "1" => String::new(),
@@ -235,7 +217,7 @@ pub struct AnyQuantity(pub Measured);
 
 impl FromDeck for AnyQuantity {
     fn schema() -> Schema {
-        Schema::Quantity(QuantitySchema { dimension: None, bound: None, is_angle: false })
+        Schema::Quantity(QuantitySchema { dimension: None, interval: Interval::ALL, is_angle: false })
     }
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
@@ -285,8 +267,7 @@ pub struct UnitVector(pub [f64; 3]);
 
 impl FromDeck for UnitVector {
     fn schema() -> Schema {
-        let bound = Some("not all 0");
-        Schema::Vector(QuantitySchema { bound, ..quantity_schema::<Number>() }, 3)
+        Schema::Direction
     }
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
