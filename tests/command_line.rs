@@ -1,111 +1,12 @@
 //! The program as a user meets it: what the commands write, say and return.
 
+mod common;
+
+use common::{DECK, Said, Workshop};
 use estar::bench::taylor_bar::{ELEMENTS, materials};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use tempfile::TempDir;
-
-/// A directory with a box mesh of 2 × 2 × 2 hexes, 1 m long, and decks.
-struct Workshop {
-    directory: TempDir,
-}
-
-const DECK: &str = r#"
-title = "A box flies"
-
-[mesh]
-file = "box.msh"
-
-[material.rubber]
-theory = "elastic"
-density = 1000.0
-young_modulus = "100 MPa"
-poisson_ratio = 0.3
-
-[[part]]
-group = "box"
-material = "rubber"
-
-[[initial_velocity]]
-group = "box"
-value = [1.0, 0.0, 0.0]
-
-[time]
-end = "20 ms"
-
-[output]
-frames = 4
-history_steps = 2
-"#;
-
-impl Workshop {
-    fn new() -> Self {
-        let workshop = Self { directory: tempfile::tempdir().unwrap() };
-        let made = workshop.estar(&["mesh", "box", "--output", "box.msh", "--cells", "2", "2", "2"]);
-        assert_eq!(made.code, 0, "{}", made.errors);
-        workshop
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.directory.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        fs::write(self.path(name), text).unwrap();
-    }
-
-    fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    /// Runs the program in the directory.
-    fn estar(&self, arguments: &[&str]) -> Said {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_estar"));
-        command.args(arguments).current_dir(self.directory.path());
-        Said::of(&command.output().unwrap())
-    }
-
-    /// Runs the deck with an addition.
-    fn run(&self, addition: &str, arguments: &[&str]) -> Said {
-        self.run_deck(&format!("{DECK}{addition}"), arguments)
-    }
-
-    fn run_deck(&self, deck: &str, arguments: &[&str]) -> Said {
-        self.write("deck.toml", deck);
-        self.estar(&[&["run", "deck.toml", "--force"], arguments].concat())
-    }
-
-    fn summary(&self) -> serde_json::Value {
-        serde_json::from_str(&self.read("deck/summary.json")).unwrap()
-    }
-}
-
-struct Said {
-    code: i32,
-    text: String,
-    errors: String,
-}
-
-impl Said {
-    fn of(output: &Output) -> Self {
-        Self {
-            code: output.status.code().unwrap_or(-1),
-            text: String::from_utf8_lossy(&output.stdout).into_owned(),
-            errors: String::from_utf8_lossy(&output.stderr).into_owned(),
-        }
-    }
-
-    /// Asserts the exit status and parts of the error messages.
-    #[track_caller]
-    fn assert(&self, code: i32, parts: &[&str]) {
-        assert_eq!(self.code, code, "{}\n{}", self.text, self.errors);
-        for part in parts {
-            assert!(self.errors.contains(part), "no {part:?} in\n{}", self.errors);
-        }
-        assert!(!self.errors.contains("panicked"), "{}", self.errors);
-    }
-}
+use std::process::Command;
 
 #[test]
 fn a_run_leaves_all_its_files() {
@@ -516,20 +417,8 @@ fn numbers_out_of_all_bounds_are_told_in_short() {
 fn ctrl_c_ends_with_status_130_and_readable_files() {
     let workshop = Workshop::new();
     workshop.write("deck.toml", DECK);
-    let mut child = Command::new(env!("CARGO_BIN_EXE_estar"))
-        .args(["run", "deck.toml", "--set", "time.end=1e6", "--set", "output.frames=2"])
-        .current_dir(workshop.directory.path())
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .unwrap();
-    let is_running = || fs::read_to_string(workshop.path("deck/run.jsonl")).is_ok_and(|text| text.contains('\n'));
-    for _ in 0..500 {
-        if is_running() {
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
+    let mut child = workshop.start(&["run", "deck.toml", "--set", "time.end=1e6", "--set", "output.frames=2"]);
+    workshop.wait_for("deck/run.jsonl");
     // `timeout` and its like send the signal twice: the echo must not cut the end short
     for _ in 0..2 {
         let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
@@ -765,15 +654,4 @@ fn every_example_is_written_and_good() {
     workshop.estar(&["example", "taylor"]).assert(2, &["is there already"]);
     workshop.estar(&["example", "tailor"]).assert(2, &["there is no example `tailor`", "taylor, necking, cook"]);
     workshop.estar(&["example"]).assert(2, &["NAME"]);
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_full_disk_ends_with_status_4_and_earlier_files_stay() {
-    let workshop = Workshop::new();
-    fs::create_dir_all(workshop.path("deck")).unwrap();
-    // every write to this device fails as on a full disk
-    std::os::unix::fs::symlink("/dev/full", workshop.path("deck/history.csv")).unwrap();
-    workshop.write("deck.toml", DECK);
-    workshop.estar(&["run", "deck.toml"]).assert(4, &["history.csv", "cannot be written"]);
 }

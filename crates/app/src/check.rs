@@ -5,6 +5,7 @@ use crate::diagnostics::Finding;
 use crate::failure::Failure;
 use crate::fields::Field;
 use crate::format::{bytes, count, duration, prefixed};
+use crate::memory;
 use crate::run::{announcement, machine};
 use crate::setup::{self, LoadError, Problem};
 use crate::summary::MeshSummary;
@@ -58,7 +59,8 @@ struct Forecast {
     lanes: &'static str,
     element_steps_per_second: f64,
     seconds_expected: f64,
-    memory_bytes: Option<f64>,
+    memory_bytes: f64,
+    memory_left_bytes: Option<f64>,
     frames_expected: f64,
     output_bytes_at_most: f64,
 }
@@ -110,17 +112,16 @@ fn print_json(report: &Report) -> Result<(), Failure> {
 }
 
 fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Result<(), Failure> {
-    let mut simulation = setup::simulation(problem, lanes).map_err(|message| {
+    let memory_left_bytes = memory::available().map(|left| left as f64);
+    let mut simulation = setup::simulation(problem, lanes).inspect_err(|failure| {
         if options.json {
-            let findings = vec![Finding::without_place(message.clone())];
+            let findings = vec![Finding::without_place(failure.to_string())];
             let _ = print_json(&Report { findings, ..Report::default() });
         }
-        Failure::Input(message)
     })?;
     let introduction = announcement(problem, &simulation, rayon::current_num_threads(), lanes);
     let initial_time_step = simulation.time_step();
     let controlling_elements = controlling_elements(problem, &simulation);
-    let memory_bytes = resident_bytes();
     let rate = timed_rate(&mut simulation);
 
     let end_time = simulation.end_time();
@@ -144,7 +145,8 @@ fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Resu
         lanes: lanes.name(),
         element_steps_per_second: rate,
         seconds_expected: steps_expected * simulation.hex_count() as f64 / rate,
-        memory_bytes,
+        memory_bytes: memory::needed(problem) as f64,
+        memory_left_bytes,
         frames_expected,
         output_bytes_at_most: frames_expected * bytes_of_frame(problem) + rows * bytes_of_row(problem),
     };
@@ -179,14 +181,6 @@ fn timed_rate(simulation: &mut Simulation) -> f64 {
     steps.max(1) as f64 * simulation.hex_count() as f64 / start.elapsed().as_secs_f64()
 }
 
-/// Memory of this process, where the system tells (Linux).
-fn resident_bytes() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kilobytes: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
-    Some(1024.0 * kilobytes)
-}
-
 /// Bytes of a frame before compression.
 fn bytes_of_frame(problem: &Problem) -> f64 {
     let (nodes, hexes) = (problem.mesh.node_count() as f64, problem.mesh.hex_count() as f64);
@@ -211,10 +205,11 @@ fn in_words(problem: &Problem, forecast: &Forecast) -> String {
     for controlling in &forecast.controlling_elements {
         let _ = write!(text, "\n    element {:<10} {:.6e} s", controlling.element, controlling.stable_time_step);
     }
-    let memory = forecast.memory_bytes.map_or("unknown".to_owned(), bytes);
+    let left = forecast.memory_left_bytes.map_or(String::new(), |left| format!(" of {} that are left", bytes(left)));
+    let memory = bytes(forecast.memory_bytes);
     let _ = write!(
         text,
-        "\n  steps      {} or more: steps shrink where elements are squeezed\n  memory     {memory} (peak while setting up)\n  \
+        "\n  steps      {} or more: steps shrink where elements are squeezed\n  memory     about {memory}{left}\n  \
          output     {} frames, at most {} before compression\n  time       {} at {}element steps/s, timed on real steps",
         count(forecast.steps_expected),
         count(forecast.frames_expected),

@@ -64,9 +64,10 @@ impl Console {
 
     /// Writes a text and a line break to the log only.
     pub fn note(&mut self, text: &str) {
-        if let Some(log) = &mut self.log {
-            // what is printed is not worth stopping a run for; its results are written with care elsewhere
-            let _ = writeln!(log, "{text}");
+        // what is printed is not worth stopping a run for; its results are written with care elsewhere
+        if let Some(Err(error)) = self.log.as_mut().map(|log| writeln!(log, "{text}")) {
+            self.log = None;
+            tell(&format!("warning: estar.log cannot be written: {error}; the run goes on without it\n"));
         }
     }
 }

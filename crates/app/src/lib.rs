@@ -19,6 +19,7 @@ pub mod frames;
 pub mod history;
 pub mod inversion;
 pub mod lock;
+pub mod memory;
 pub mod mesh_command;
 pub mod output;
 pub mod plot;

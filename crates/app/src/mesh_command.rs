@@ -3,6 +3,7 @@
 use crate::console::print;
 use crate::deck::units::{self, Dimension};
 use crate::failure::Failure;
+use crate::memory;
 use clap::{Args, Subcommand};
 use estar_mesh::Mesh;
 use estar_mesh::generate::{
@@ -181,6 +182,9 @@ fn write(target: &Target, mesh: impl FnOnce() -> Mesh) -> Result<(), Failure> {
 }
 
 fn info(file: &std::path::Path) -> Result<(), Failure> {
+    if let Some(shortage) = memory::shortage_of_mesh(file) {
+        return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
+    }
     let read = estar_io::read_mesh(file).map_err(|error| {
         let message = format!("error: {error}");
         if error.is_unreadable() { Failure::File(message) } else { Failure::Input(message) }
@@ -201,7 +205,7 @@ fn info(file: &std::path::Path) -> Result<(), Failure> {
             (0, faces) => format!("{faces} faces, "),
             (hexes, _) => format!("{hexes} hexes, "),
         };
-        let name = group.name.replace(char::is_control, " ");
+        let name = &group.name;
         let _ = writeln!(text, "    {name:width$}  {:8} {members}{} nodes", group.kind, group.nodes.len());
     }
     let quality = QualityReport::new(mesh);

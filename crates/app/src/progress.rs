@@ -3,11 +3,12 @@
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::format::{duration, prefixed};
+use estar_io::append_whole;
 use estar_solver::Simulation;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
-use std::io::{IsTerminal, Seek, SeekFrom, Write};
+use std::io::{IsTerminal, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -174,7 +175,7 @@ impl Progress {
         let mut write = || -> std::io::Result<()> {
             let mut line = serde_json::to_string(record)?;
             line.push('\n');
-            self.records.write_all(line.as_bytes())
+            append_whole(&mut self.records, line.as_bytes())
         };
         write().map_err(Failure::writing(&self.records_path))
     }

@@ -84,7 +84,7 @@ pub fn machine(threads: Option<usize>, lanes: Option<LaneLevel>) -> Result<(rayo
 }
 
 fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Result<(), Failure> {
-    let mut simulation = setup::simulation(&problem, lanes).map_err(Failure::Input)?;
+    let mut simulation = setup::simulation(&problem, lanes)?;
     let directory = options.output.clone().unwrap_or_else(|| default_directory(&options.deck));
     let identity = Identity::of(&problem);
     make_directory(&directory)?;
@@ -368,8 +368,15 @@ impl<'a> Run<'a> {
             Err(failure) => {
                 // the disk is at fault: what is there stays, what can still be said is said
                 let _ = self.progress.finish(&self.simulation);
-                self.console.note(&failure.to_string());
-                return Err(self.frames.finish().err().unwrap_or(failure));
+                let failure = self.frames.finish().err().unwrap_or(failure);
+                let help = if self.has_checkpoint {
+                    "everything written before can be read; when the cause is gone, --resume goes on from the newest checkpoint"
+                } else {
+                    "everything written before can be read; there was no checkpoint yet, from which --resume could go on"
+                };
+                let told = format!("{failure}\nhelp: {help}");
+                self.console.note(&told);
+                return Err(Failure::File(told));
             }
         };
         self.progress.finish(&self.simulation)?;
@@ -381,7 +388,9 @@ impl<'a> Run<'a> {
                 let told = trouble::of_simulation(error, &self.problem, &self.simulation, &self.jacobians);
                 let shown = match error {
                     SimulationError::ElementInverted { hex, .. } | SimulationError::NotFinite { hex, .. } => {
-                        self.show_last_steps(*hex, is_interrupted, lanes)?
+                        // why the run failed must be told, also when this cannot be written
+                        let shown = self.show_last_steps(*hex, is_interrupted, lanes);
+                        shown.unwrap_or_else(|failure| format!("its last steps are not shown: {failure}"))
                     }
                     _ => "the last frame and the last row show the state at this step".to_owned(),
                 };
@@ -433,7 +442,11 @@ impl<'a> Run<'a> {
         let first_shown = last_good.saturating_sub(inversion::STEPS_SHOWN);
         match checkpoint::before(self.directory, &self.identity, first_shown) {
             Some(found) => found.restore(&mut self.simulation)?,
-            None => self.simulation = setup::simulation(&self.problem, lanes).map_err(Failure::Input)?,
+            None => match setup::simulation(&self.problem, lanes) {
+                Ok(simulation) => self.simulation = simulation,
+                // it could be made before, when there was no other in memory
+                Err(error) => return Ok(format!("its last steps are not shown: {error}")),
+            },
         }
         let from = self.simulation.step();
         self.console.say(&format!(
@@ -578,7 +591,9 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
         time_step,
         count((simulation.end_time() / time_step).ceil())
     );
-    let _ = write!(text, "\n  machine    {threads} threads, {} lanes of {}", lanes.lanes(), lanes.name());
+    let cores = std::thread::available_parallelism().map_or(threads, usize::from);
+    let sharing = if threads > cores { format!(" (on {cores} cores, which is no faster)") } else { String::new() };
+    let _ = write!(text, "\n  machine    {threads} threads{sharing}, {} lanes of {}", lanes.lanes(), lanes.name());
     text
 }
 

@@ -8,6 +8,7 @@ use crate::diagnostics::{Diagnostic, Diagnostics, Findings, listed, nearest};
 use crate::expectations::{self, Expectation};
 use crate::failure::Failure;
 use crate::fields::Field;
+use crate::memory;
 use crate::output::{OutputPlan, output_plan};
 use crate::probes::{self, Probe};
 use crate::summary::hex;
@@ -109,6 +110,10 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
 
     let scale = deck.as_ref().map_or(1.0, |deck| deck.mesh.scale.value);
     let Some(mesh_file) = mesh_file else { return fault(findings, false) };
+    if let Some(shortage) = memory::shortage_of_mesh(&mesh_file.value) {
+        diagnostics.push(Diagnostic::error(shortage).at(mesh_file.span, "this mesh").help(memory::HELP));
+        return fault(findings, false);
+    }
     let content = match estar_io::read_mesh(&mesh_file.value) {
         Ok(content) => content,
         Err(error) => {
@@ -152,13 +157,20 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
 /// The problem at time 0, ready to run.
 ///
 /// # Errors
-/// What the solver refuses, or a time step so small that time could never reach the end.
-pub fn simulation(problem: &Problem, lanes: LaneLevel) -> Result<Simulation, String> {
+/// What the solver refuses, a time step so small that time could never reach the end, or too little memory.
+pub fn simulation(problem: &Problem, lanes: LaneLevel) -> Result<Simulation, Failure> {
+    if let Some(shortage) = memory::shortage_of_problem(problem) {
+        return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
+    }
     let simulation = Simulation::new(&problem.mesh, problem.model.clone(), lanes)
-        .map_err(|error| trouble::of_model(&error, problem))?;
+        .map_err(|error| Failure::Input(trouble::of_model(&error, problem)))?;
     let end = simulation.end_time();
     // near the end, t + Δt must differ from t
-    if end + simulation.time_step() > end { Ok(simulation) } else { Err(trouble::of_standstill(problem, &simulation)) }
+    if end + simulation.time_step() > end {
+        Ok(simulation)
+    } else {
+        Err(Failure::Input(trouble::of_standstill(problem, &simulation)))
+    }
 }
 
 fn deck_hash(text: &str, overrides: &[String]) -> String {

@@ -1,8 +1,8 @@
-//! Files that are there whole or not at all: written under another name, then renamed.
+//! Files that are there whole or not at all, written under another name, then renamed; and files that grow by whole pieces.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// A file on its way. Nothing has its name until [`AtomicFile::commit`]; dropped before, it leaves nothing behind.
@@ -99,6 +99,18 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = AtomicFile::create(path)?;
     file.write_all(bytes)?;
     file.commit_durably()
+}
+
+/// Appends bytes to a file, all of them or, if the system refuses in the middle, none.
+///
+/// # Errors
+/// What the system says.
+pub fn append_whole(file: &mut File, bytes: &[u8]) -> io::Result<()> {
+    let start = file.stream_position()?;
+    file.write_all(bytes).inspect_err(|_| {
+        // the first error is the one to report; what is not cut off now is when the run goes on
+        let _ = file.set_len(start).and_then(|()| file.seek(SeekFrom::Start(start)));
+    })
 }
 
 #[cfg(test)]

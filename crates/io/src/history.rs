@@ -5,6 +5,8 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::Path;
 
+use crate::atomic::append_whole;
+
 /// One entry of a history row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
@@ -107,7 +109,7 @@ impl HistoryWriter {
         }
         self.row.push('\n');
         // One write of the whole row: a kill leaves whole rows.
-        self.file.write_all(self.row.as_bytes())
+        append_whole(&mut self.file, self.row.as_bytes())
     }
 }
 

@@ -21,7 +21,7 @@ mod results;
 mod test_folder;
 mod vtu;
 
-pub use atomic::{AtomicFile, write_atomically};
+pub use atomic::{AtomicFile, append_whole, write_atomically};
 pub use checkpoint::{Checkpoint, CheckpointError, CheckpointWriter, Numbers};
 pub use error::{Place, Problem, ReadError, Unsupported};
 pub use gmsh::{write_gmsh, write_gmsh_file};
