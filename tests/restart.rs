@@ -2,7 +2,8 @@
 //!
 //! Decks: a Taylor bar whose foot rebounds, a necking bar under a probe and expectations, a block that slides on a rough wall
 //! with every load, a block that breaks up; coarse meshes. Source: none is needed, the straight run is the reference. The long loops are ignored:
-//! `cargo test --release --test restart -- --include-ignored --nocapture` prints the figures of `docs/reliability.md`.
+//! `cargo test --release --test restart -- --include-ignored --nocapture --test-threads 1` prints the figures of
+//! `docs/reliability.md`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -191,6 +192,40 @@ history_steps = 7
 checkpoint = "20 ms"
 "#,
     &["box", "--size", "4 mm", "4 mm", "6 mm", "--cells", "6", "6", "9"],
+);
+
+/// A block that spins, yields and bounces on a wall.
+const SOAK: (&str, &[&str]) = (
+    r#"
+[mesh]
+file = "mesh.msh"
+[material.steel]
+theory = "e-star"
+density = 7850.0
+young_modulus = "200 GPa"
+poisson_ratio = 0.3
+hardening = { law = "voce", yield_stress = "250 MPa", saturation_stress = "400 MPa", saturation_exponent = 20.0 }
+kinematic = { law = "armstrong-frederick", modulus = "20 GPa", recovery = 200.0 }
+[[part]]
+group = "box"
+material = "steel"
+[[initial_velocity]]
+group = "box"
+value = [0.0, 0.0, -40.0]
+angular = { rate = [3000.0, 0.0, 20000.0], centre = ["2 mm", "2 mm", "2 mm"] }
+[[gravity]]
+acceleration = [0.0, 0.0, -1e4]
+[[rigid_wall]]
+point = [0.0, 0.0, "-1 mm"]
+normal = [0.0, 0.0, 1.0]
+friction = 0.02
+[time]
+end = "110 ms"
+[output]
+frames = 4
+history = "1 ms"
+"#,
+    &["box", "--size", "4 mm", "4 mm", "4 mm", "--cells", "4", "4", "4"],
 );
 
 const DECKS: [(&str, (&str, &[&str])); 4] =
@@ -491,4 +526,58 @@ fn every_number_of_threads_straight_and_resumed_has_one_hash() {
         assert_eq!(deleted > Some(20), name == "deletion", "{deleted:?}");
         println!("{name}: threads 1, 2, 3, 5, 8, straight and resumed: state {}", straight.state_hash);
     }
+}
+
+/// Memory of a process, KiB.
+#[cfg(target_os = "linux")]
+fn resident_kibibytes(process: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.trim().trim_end_matches("kB").trim().parse().ok()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "long"]
+fn a_million_steps_keep_energy_memory_and_bits() {
+    let workshop = Workshop::new(SOAK);
+    let mut child = workshop.command(&["run", "deck.toml", "--quiet", "--output", "straight"]).spawn().unwrap();
+    let mut memory = Vec::new();
+    while child.try_wait().unwrap().is_none() {
+        memory.extend(resident_kibibytes(child.id()));
+        std::thread::sleep(Duration::from_millis(500));
+    }
+    assert!(child.wait().unwrap().success());
+    let straight = workshop.results("straight");
+    let history = String::from_utf8(straight.files[Path::new("history.csv")].clone()).unwrap();
+    let columns: Vec<&str> = history.lines().next().unwrap().split(',').collect();
+    let column = |name: &str| columns.iter().position(|column| *column == name).unwrap();
+    let [step, error, kinetic] = ["step", "energy_error", "kinetic_energy"].map(column);
+    let rows: Vec<Vec<f64>> =
+        history.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    for row in rows.iter().step_by(rows.len() / 10) {
+        println!(
+            "step {:>8}: kinetic energy {:.3e} J, energy error {:+.4} %",
+            row[step],
+            row[kinetic],
+            100.0 * row[error]
+        );
+    }
+    let largest = rows.iter().map(|row| row[error].abs()).fold(0.0, f64::max);
+    let last = rows.last().unwrap();
+    // the first samples are of a process that is still setting up, the last of one that is leaving
+    let settled = &memory[2..memory.len() - 1];
+    let (least, most) = (settled.iter().min().unwrap(), settled.iter().max().unwrap());
+    println!(
+        "{} steps, largest energy error {:.4} %, {least} to {most} KiB in {} samples",
+        last[step],
+        100.0 * largest,
+        settled.len()
+    );
+    assert!(last[step] > 1e6 && last[kinetic] > 1e-3 && largest < 1e-3);
+    assert!(most - least < 1024, "{memory:?}");
+    workshop.run_well("legs", &["--stop-at-step", "500000", "--threads", "1"]);
+    workshop.run_well("legs", &["--resume", "--threads", "2"]);
+    assert_same(&workshop.results("legs"), &straight, "resumed");
+    println!("state {}, also stopped at half and resumed", straight.state_hash);
 }

@@ -1,0 +1,228 @@
+//! Goal: every class of bad input has an answer that names the place and says what would be right.
+//!
+//! `docs/bad-input.md` shows what a user is told, and this test makes it: `ESTAR_UPDATE_DOCS=1 cargo test --release --test
+//! bad_input` rewrites it.
+
+mod common;
+
+use common::{DECK, Said, Workshop};
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+const HEAD: &str = "\
+# What bad input is told
+
+One example of every class, as the program answers it: made by a test (`ESTAR_UPDATE_DOCS=1 cargo test --release --test
+bad_input` rewrites this page), so that this is what a user sees. The deck is that of a box that flies; each example changes it,
+its mesh or the command line in one place. Exit status: 2 bad input, 3 the simulation failed, 4 a file could not be read or
+written. What the machine does to a run, from full disks to kills, is in [reliability.md](reliability.md).
+";
+
+/// A sound deck and mesh, to be damaged.
+struct Input {
+    workshop: Workshop,
+    mesh: String,
+    /// The page.
+    page: String,
+}
+
+impl Input {
+    fn new() -> Self {
+        let workshop = Workshop::new();
+        workshop
+            .estar(&["mesh", "box", "--ascii", "--force", "--output", "box.msh", "--cells", "2", "2", "2"])
+            .assert(0, &[]);
+        let mesh = workshop.read("box.msh");
+        Self { workshop, mesh, page: HEAD.to_owned() }
+    }
+
+    fn section(&mut self, title: &str) {
+        let _ = write!(self.page, "\n## {title}\n");
+    }
+
+    /// Runs a deck on a mesh, asserts status and place, and enters what was said.
+    #[track_caller]
+    fn answer(&mut self, what: &str, deck: &str, mesh: &[u8], arguments: &[&str], code: i32, place: &str) {
+        fs::write(self.workshop.path("box.msh"), mesh).unwrap();
+        self.workshop.write("deck.toml", deck);
+        let said = self.workshop.estar(&[&["run", "deck.toml"], arguments].concat());
+        self.enter(what, &said, code, place);
+        let _ = fs::remove_dir_all(self.workshop.path("deck"));
+    }
+
+    #[track_caller]
+    fn enter(&mut self, what: &str, said: &Said, code: i32, place: &str) {
+        said.assert(code, &[place]);
+        let told: Vec<&str> = said.errors.trim_end().lines().map(str::trim_end).collect();
+        assert!(told.len() < 60, "{}", said.errors);
+        let _ = write!(self.page, "\n### {what}\nExit status {code}.\n```text\n{}\n```\n", told.join("\n"));
+    }
+
+    /// The deck with pieces replaced.
+    #[track_caller]
+    fn deck(&mut self, what: &str, changes: &[(&str, &str)], place: &str) {
+        let mesh = self.mesh.clone();
+        self.answer(what, &replaced(DECK, changes), mesh.as_bytes(), &[], 2, place);
+    }
+
+    /// The mesh with pieces replaced.
+    #[track_caller]
+    fn mesh(&mut self, what: &str, changes: &[(&str, &str)], place: &str) {
+        let mesh = replaced(&self.mesh, changes);
+        self.answer(what, DECK, mesh.as_bytes(), &[], 2, place);
+    }
+
+    /// The deck with an addition, which fails with a status.
+    #[track_caller]
+    fn addition(&mut self, what: &str, addition: &str, arguments: &[&str], code: i32, place: &str) {
+        let mesh = self.mesh.clone();
+        self.answer(what, &format!("{DECK}{addition}"), mesh.as_bytes(), arguments, code, place);
+    }
+}
+
+#[track_caller]
+fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
+    let mut text = text.to_owned();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from:?}");
+        text = text.replacen(from, to, 1);
+    }
+    text
+}
+
+#[test]
+fn every_class_of_bad_input_is_answered_as_the_page_shows() {
+    let mut input = Input::new();
+
+    input.section("Deck");
+    input.deck("unknown key", &[("young_modulus", "youngs_modulus")], "deck.toml:10:1");
+    input.deck("wrong type", &[("density = 1000.0", "density = [1000.0]")], "deck.toml:9:11");
+    input.deck("missing key", &[("density = 1000.0\n", "")], "lacks `density`");
+    input.deck("unit that there is none of", &[("100 MPa", "100 MPas")], "deck.toml:10:17");
+    input.deck("unit of another dimension", &[("20 ms", "20 mm")], "deck.toml:22:7");
+    input.deck("negative density", &[("1000.0", "-1000.0")], "deck.toml:9:11");
+    input.deck("Poisson's ratio of 0.5 or more", &[("0.3", "0.5")], "deck.toml:11:17");
+    input.deck(
+        "group that is not in the mesh",
+        &[("group = \"box\"\nmaterial", "group = \"boxx\"\nmaterial")],
+        "did you mean",
+    );
+    input.deck(
+        "part of a material that there is none of",
+        &[("material = \"rubber\"", "material = \"steel\"")],
+        "deck.toml:15:12",
+    );
+    input.deck("no TOML", &[("end = \"20 ms\"", "end = 20 ms")], "deck.toml:22");
+    let curve = "[[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\nquantity = \"displacement\"\ncurve = [[0, 0], [2, 1], [1, 1]]\n";
+    input.addition("curve that does not increase", curve, &[], 2, "deck.toml:31:26");
+    input.addition(
+        "several at once",
+        "[[fix]]\ngroup = \"x_mim\"\ndirection = [\"x\"]\n",
+        &["--set", "time.end=1"],
+        2,
+        "x_min",
+    );
+    input.addition("value of the command line", "", &["--set", "time.end='1 mm'"], 2, "--set");
+    let mesh = input.mesh.clone();
+    fs::write(input.workshop.path("latin.toml"), b"title = \"caf\xe9\"").unwrap();
+    let said = input.workshop.estar(&["run", "latin.toml"]);
+    input.enter("text in another encoding", &said, 2, "latin.toml:1");
+    let said = input.workshop.estar(&["run", "no.toml"]);
+    input.enter("deck that is not there", &said, 4, "no.toml");
+
+    input.section("Mesh");
+    let missing = replaced(DECK, &[("box.msh", "bocks.msh")]);
+    input.answer("mesh that is not there", &missing, b"", &[], 4, "bocks.msh");
+    input.answer("no mesh", DECK, b"solid cube\nfacet normal 0 0 1\n", &[], 2, "box.msh");
+    input.answer("garbage", DECK, b"\x7fELF\x02\x01\x01\0\0\0\xff\xfe", &[], 2, "box.msh");
+    input.answer("cut short", DECK, &mesh.as_bytes()[..mesh.len() * 2 / 3], &[], 2, "box.msh:84");
+    input.mesh("wrong version", &[("4.1 0 8", "4.0 0 8")], "Gmsh format 4.0");
+    let tetrahedra = [("7 32 1 32 \n3 1 5 8 \n", "8 33 1 33 \n3 1 4 1 \n33 1 2 5 10 \n3 1 5 8 \n")];
+    input.mesh("elements that are not supported", &tetrahedra, "element 33");
+    input.mesh("inverted hex", &[("1 1 2 5 4 10 11 14 13", "1 10 11 14 13 1 2 5 4")], "element 1");
+    input.mesh("degenerate hex", &[("1 1 2 5 4 10 11 14 13", "1 1 1 5 4 10 11 14 13")], "element 1");
+    input.mesh("two hexes in one place", &[("2 2 3 6 5 11 12 15 14", "2 1 2 5 4 10 11 14 13")], "elements 1 and 2");
+    input.mesh(
+        "node of no element",
+        &[
+            ("1 27 1 27 \n3 1 0 27 \n", "1 28 1 28 \n3 1 0 28 \n28 \n"),
+            ("\n0.0 0.0 0.0 \n", "\n9.0 0.0 0.0 \n0.0 0.0 0.0 \n"),
+        ],
+        "node 28",
+    );
+    input.mesh("node that is not there", &[("1 1 2 5 4 10 11 14 13", "1 1 2 5 4 10 11 14 99")], "box.msh:");
+    input.mesh("coordinate that is no number", &[("\n0.5 0.0 0.0 \n", "\nnan 0.0 0.0 \n")], "node 2");
+    input.mesh("word where a number should be", &[("\n0.5 0.0 0.0 \n", "\n0,5 0.0 0.0 \n")], "box.msh:");
+    input.mesh("empty group", &[("7\n3 1 \"box\"", "8\n3 1 \"box\"\n2 9 \"top\"")], "\"top\"");
+    input.mesh(
+        "counts that lie",
+        &[("1 27 1 27 \n3 1 0 27 ", "1 99999999999999 1 27 \n3 1 0 99999999999999 ")],
+        "box.msh:",
+    );
+    input.mesh("number used twice", &[("2 2 3 6 5 11 12 15 14", "1 2 3 6 5 11 12 15 14")], "element number 1");
+
+    input.section("Model");
+    let fix = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"y\"]\n";
+    let pull = "[[prescribed]]\ngroup = \"z_max\"\ndirection = \"y\"\nquantity = \"displacement\"\ncurve = [[0, 0], [1, 0.1]]\n";
+    input.addition("nodes that are held and moved", &format!("{fix}{pull}"), &[], 2, "both fixed and prescribed");
+    let twice = "[[part]]\ngroup = \"box\"\nmaterial = \"rubber\"\n";
+    input.addition("element in two parts", twice, &[], 2, "deck.toml");
+    let half = replaced(
+        &input.mesh,
+        &[
+            ("7\n3 1 \"box\"", "8\n3 1 \"box\"\n3 2 \"rest\""),
+            ("0 0 6 1 ", "0 0 6 2 "),
+            ("1 1 0 \n$EndEntities", "1 1 0 \n2 0.0 0.0 0.0 1.0 1.0 1.0 1 2 0 \n$EndEntities"),
+            ("7 32 1 32 \n3 1 5 8 \n", "8 32 1 32 \n3 1 5 6 \n"),
+            ("7 13 14 17 16 22 23 26 25", "3 2 5 2 \n7 13 14 17 16 22 23 26 25"),
+        ],
+    );
+    input.answer("elements without a material", DECK, half.as_bytes(), &[], 2, "elements 7, 8");
+    let wall = "[[rigid_wall]]\npoint = [0.5, 0, 0]\nnormal = [1, 0, 0]\n";
+    input.addition("body behind a wall", wall, &[], 2, "this wall");
+    input.addition("threads that no machine has", "", &["--threads", "100000"], 2, "4096");
+
+    input.section("Run");
+    let crush = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"x\"]\n[[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\n\
+                 quantity = \"displacement\"\ncurve = [[0, 0], [\"20 ms\", -3]]\n";
+    input.addition("element that inverts", crush, &["--set", "time.energy_error_limit=1e9"], 3, "element");
+    let torn = crush.replace("-3", "1e300");
+    input.addition("values that are not finite", &torn, &["--set", "time.energy_error_limit=1e300"], 3, "step 1");
+    input.addition("energy that does not balance", crush, &["--set", "time.energy_error_limit=1e-3"], 3, "energy");
+    input.addition("too many steps", "", &["--set", "time.max_steps=3"], 3, "max_steps");
+
+    input.section("Output and checkpoints");
+    input.addition("output that is a file", "", &["--output", "box.msh"], 4, "box.msh is a file");
+    input.addition("nothing to resume from", "", &["--resume"], 4, "no checkpoint");
+    fs::write(input.workshop.path("box.msh"), &mesh).unwrap();
+    input.workshop.run_deck(DECK, &["--stop-at-step", "3"]).assert(0, &[]);
+    let said = input.workshop.estar(&["run", "deck.toml"]);
+    input.enter("results that are there already", &said, 2, "--force");
+    let said = input.workshop.estar(&["run", "deck.toml", "--resume", "--set", "time.end=1.0"]);
+    input.enter("checkpoint of another deck", &said, 4, "another deck");
+    let said = input.workshop.estar(&["run", "deck.toml", "--resume", "--set", "mesh.scale=2.0"]);
+    input.enter("checkpoint of another mesh", &said, 4, "another mesh");
+    let path = input.workshop.path("deck/checkpoint_000000000003.estar");
+    let bytes = fs::read(&path).unwrap();
+    let damages: [(&str, Vec<u8>, &str); 3] = [
+        ("checkpoint with a wrong byte", [&bytes[..400], b"?", &bytes[401..]].concat(), "checksum"),
+        ("checkpoint that is cut short", bytes[..bytes.len() / 2].to_vec(), "is damaged"),
+        ("checkpoint of another layout", [&bytes[..8], &9_u32.to_le_bytes(), &bytes[12..]].concat(), "layout 9"),
+    ];
+    for (what, damaged, reason) in damages {
+        fs::write(&path, damaged).unwrap();
+        let said = input.workshop.estar(&["run", "deck.toml", "--resume"]);
+        input.enter(what, &said, 4, reason);
+    }
+
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/bad-input.md");
+    if std::env::var_os("ESTAR_UPDATE_DOCS").is_some() {
+        fs::write(&path, &input.page).unwrap();
+    }
+    let found = fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        found == input.page,
+        "docs/bad-input.md is stale: ESTAR_UPDATE_DOCS=1 cargo test --release --test bad_input"
+    );
+}
