@@ -1,5 +1,5 @@
-//! The eight-node hex with 2 × 2 × 2 Gauss points: `hex8` (full integration) and `hex8-f-bar` (de Souza Neto, Perić,
-//! Dutko & Owen 1996).
+//! The eight-node hex with 2 × 2 × 2 Gauss points: `hex8` (full integration), `hex8-f-bar` (de Souza Neto, Perić, Dutko & Owen
+//! 1996) and `hex8-b-bar` (mean dilatation; Nagtegaal, Parks & Rice 1974, Hughes 1980).
 //!
 //! ```text
 //!        7-----------6            ζ
@@ -17,6 +17,9 @@
 //! over the eight Gauss points: no table of shape-function gradients is needed. The force is the transpose of the same.
 //!
 //! F-bar: F̄ = (J₀/J)^⅓ F with J₀ = det F at the centre; in rate form the volumetric part of D is that of the centre.
+//!
+//! B-bar: the same with the volume change of the whole element, J̄ = v/V and θ̄ = ∫ tr D dv / v, and with the mean pressure in
+//! the forces, which makes their power the stress power: ∫ T : D̄ dv = ∫ (dev T : D + p̄ tr D) dv with p̄ v = ∫ p dv.
 
 use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
 use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metrics};
@@ -54,6 +57,8 @@ pub enum Formulation {
     Full,
     /// Volume change of the centre at every point.
     FBar,
+    /// Volume change of the whole element at every point, and the mean pressure in the forces.
+    BBar,
 }
 
 /// Where the corners are, how they move and what they weigh.
@@ -267,6 +272,33 @@ impl<R: Real> Centre<R> {
     }
 }
 
+/// Volumetric response that takes the place of that of each point.
+#[derive(Clone, Copy)]
+struct Volumetric<R> {
+    /// Δt tr L at mid-step.
+    increment: R,
+    /// det F_{n+1}.
+    jacobian: R,
+}
+
+impl<R: Real> Volumetric<R> {
+    /// That of the whole element, for B-bar.
+    #[inline(always)]
+    fn mean(points: impl Fn(usize) -> PointGradients<R>, time_step: f64) -> Self {
+        let zero = R::splat(0.0);
+        let (mut change, mut volume_half, mut volume, mut reference_volume) = (zero, zero, zero, zero);
+        for point in 0..POINTS {
+            let gradients = points(point);
+            let (incremental_displacement_gradient, half) = gradients.incremental_displacement_gradient(time_step);
+            change = incremental_displacement_gradient.trace().mul_add(half, change);
+            volume_half += half;
+            volume += gradients.position.determinant();
+            reference_volume += gradients.reference.determinant();
+        }
+        Self { increment: change / volume_half, jacobian: volume / reference_volume }
+    }
+}
+
 /// One step of an element: stress and history of its points at t_{n+1}, the internal force there, energies and the
 /// stable time step on the new geometry. `upcoming` is the history of the pack that comes next, prefetched meanwhile: a
 /// part of it with each point, since all at once would wait for the memory.
@@ -286,8 +318,6 @@ pub fn advance<R: Real, M: Material>(
     let position = ParentGradients::new(&position_modes);
     let velocity = ParentGradients::new(&velocity_modes);
     let centre = Centre::new(&reference_modes, &position_modes, &velocity_modes, step.time_step);
-    let f_bar = step.formulation == Formulation::FBar;
-
     let zero = R::splat(0.0);
     let viscous = step.bulk_viscosity.map(|viscosity| {
         let density = R::splat(elasticity.density()) / centre.jacobian;
@@ -326,6 +356,13 @@ pub fn advance<R: Real, M: Material>(
     }
 
     // (ii) the motion that the material sees
+    let volumetric = match step.formulation {
+        Formulation::Full => None,
+        Formulation::FBar => {
+            Some(Volumetric { increment: centre.volumetric_rate * step.time_step, jacobian: centre.jacobian })
+        }
+        Formulation::BBar => Some(Volumetric::mean(gradients, step.time_step)),
+    };
     let mut motions = ArrayVec::<M::Motion<R>, POINTS>::new();
     let mut volumes_half = ArrayVec::<R, POINTS>::new();
     let mut volume_change = zero;
@@ -345,11 +382,11 @@ pub fn advance<R: Real, M: Material>(
         history.rotations[point] = rotations[point];
         let trace = incremental_displacement_gradient.trace();
         volume_change = trace.mul_add(volume_half, volume_change);
-        if f_bar {
-            // L̄ = L + ⅓ (tr L₀ − tr L) I, F̄ = (J₀/J)^⅓ F
-            let correction = (centre.volumetric_rate * step.time_step - trace) * (1.0 / 3.0);
+        if let Some(volumetric) = volumetric {
+            // L̄ = L + ⅓ (θ̄ − tr L) I, F̄ = (J̄/J)^⅓ F, of F-bar θ̄ = tr L₀ and J̄ = J₀
+            let correction = (volumetric.increment - trace) * (1.0 / 3.0);
             kinematics.incremental_displacement_gradient = incremental_displacement_gradient.plus_spherical(correction);
-            let scale = (centre.jacobian / deformation_gradient.determinant()).cbrt();
+            let scale = (volumetric.jacobian / deformation_gradient.determinant()).cbrt();
             kinematics.deformation_gradient = deformation_gradient * scale;
         }
         motions.push(M::Motion::new(&kinematics));
@@ -369,7 +406,18 @@ pub fn advance<R: Real, M: Material>(
         plastic_dissipation = update.plastic_dissipation.mul_add(volume_half, plastic_dissipation);
     }
 
-    // (iv) forces f_a = Σ_q T cof(∂x/∂ξ) ∂N_a/∂ξ
+    // (iv) forces f_a = Σ_q T cof(∂x/∂ξ) ∂N_a/∂ξ, of B-bar with the mean pressure in T
+    let mean_stress = if step.formulation == Formulation::BBar {
+        let (mut sum, mut volume) = (zero, zero);
+        for (point, state) in history.states.iter().enumerate() {
+            let jacobian = position.at(point).determinant();
+            sum = material.cauchy_stress(state, history.rotations[point]).trace().mul_add(jacobian, sum);
+            volume += jacobian;
+        }
+        Some(sum / (volume * 3.0))
+    } else {
+        None
+    };
     let mut cofactors = ArrayVec::<Tensor<R>, POINTS>::new();
     let mut fluxes = ArrayVec::<Tensor<R>, POINTS>::new();
     let mut volume = zero;
@@ -382,7 +430,10 @@ pub fn advance<R: Real, M: Material>(
         volume += jacobian;
         min_jacobian = min_jacobian.min(jacobian * per_reference_volumes[point]);
         metrics = metrics.with(&position_gradient, &cofactor, jacobian);
-        let stress = material.cauchy_stress(state, history.rotations[point]);
+        let mut stress = material.cauchy_stress(state, history.rotations[point]);
+        if let Some(mean) = mean_stress {
+            stress = stress.plus_spherical(mean - stress.trace() * (1.0 / 3.0));
+        }
         fluxes.push(stress.plus_spherical(-viscous_pressure).to_tensor().dot(&cofactor));
         cofactors.push(cofactor);
     }
@@ -403,10 +454,10 @@ pub fn advance<R: Real, M: Material>(
         },
     };
     let bounds = ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
-    let undamped = if f_bar {
-        bounds.stable_time_step_f_bar(&geometry, motion.corner_mass)
-    } else {
-        bounds.stable_time_step(&geometry, motion.corner_mass)
+    let undamped = match step.formulation {
+        Formulation::Full => bounds.stable_time_step(&geometry, motion.corner_mass),
+        Formulation::FBar => bounds.stable_time_step_f_bar(&geometry, motion.corner_mass),
+        Formulation::BBar => bounds.stable_time_step_b_bar(&geometry, motion.corner_mass),
     };
     let undamped = if let Some(ratio) = stiffening { undamped / ratio.sqrt() } else { undamped };
     history.stable_time_step = undamped;

@@ -61,6 +61,9 @@ fn operator(corners: &Corners, elasticity: &IsotropicElasticity, formulation: Fo
         if formulation == Formulation::FBar {
             stiffness += bulk * volume * mean(a, i) * centre.gradient[b][j];
         }
+        if formulation == Formulation::BBar {
+            stiffness += bulk * volume * mean(a, i) * mean(b, j);
+        }
         stiffness / (mass[a] * mass[b]).sqrt()
     })
 }
@@ -113,6 +116,7 @@ fn bound_holds_for_hundreds_of_distorted_hexes() {
     let shapes = distorted_hexes(300, &mut Random::new(1));
     assert_kept(&shapes, Formulation::Full, [[0.50, 0.75], [0.56, 0.85], [0.58, 0.85], [0.63, 0.88]]);
     assert_kept(&shapes, Formulation::FBar, [[0.49, 0.75], [0.52, 0.84], [0.58, 0.85], [0.74, 0.92]]);
+    assert_kept(&shapes, Formulation::BBar, [[0.50, 0.75], [0.54, 0.85], [0.63, 0.87], [0.80, 0.95]]);
 }
 
 #[test]
@@ -131,6 +135,7 @@ fn bound_holds_for_flat_needle_sheared_and_tapered_hexes() {
     assert!(shapes.iter().all(is_usable));
     assert_kept(&shapes, Formulation::Full, [[0.49, 0.87], [0.57, 1.0], [0.57, 1.0], [0.57, 1.0]]);
     assert_kept(&shapes, Formulation::FBar, [[0.49, 0.87], [0.57, 1.0], [0.62, 1.0], [0.73, 1.0]]);
+    assert_kept(&shapes, Formulation::BBar, [[0.49, 0.87], [0.57, 1.0], [0.64, 1.0], [0.73, 1.0]]);
 }
 
 #[test]

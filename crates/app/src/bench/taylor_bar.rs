@@ -95,7 +95,7 @@ pub fn materials() -> Vec<(&'static str, MaterialModel)> {
 }
 
 /// Both elements.
-pub const ELEMENTS: [Formulation; 2] = [Formulation::FBar, Formulation::Full];
+pub const ELEMENTS: [Formulation; 3] = [Formulation::FBar, Formulation::BBar, Formulation::Full];
 
 #[cfg(test)]
 mod tests {

@@ -33,6 +33,8 @@ deck_table! {
 
 deck_choice! { Formulation {
     "hex8-f-bar" => Formulation::FBar, "eight nodes, full integration, F-bar against volumetric locking";
+    "hex8-b-bar" => Formulation::BBar, "eight nodes, full integration, mean dilatation (B-bar) against volumetric locking; its forces \
+        do the work of its stress";
     "hex8" => Formulation::Full, "eight nodes, full integration; locks when the volume hardly changes";
 } }
 
@@ -186,5 +188,6 @@ pub fn element_name(element: Formulation) -> &'static str {
     match element {
         Formulation::Full => "hex8",
         Formulation::FBar => "hex8-f-bar",
+        Formulation::BBar => "hex8-b-bar",
     }
 }

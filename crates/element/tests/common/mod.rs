@@ -10,7 +10,7 @@ use estar_tensor::{Rotation, Tensor, Vector3};
 
 pub type Corners = [[f64; 3]; 8];
 
-pub const FORMULATIONS: [Formulation; 2] = [Formulation::Full, Formulation::FBar];
+pub const FORMULATIONS: [Formulation; 3] = [Formulation::Full, Formulation::FBar, Formulation::BBar];
 
 /// (ξ, η, ζ) of the corners in the order of VTK.
 const SIGNS: Corners = [

@@ -15,7 +15,7 @@ use estar_solver::model::{
 };
 use estar_solver::{Curve, Interpolation, LaneLevel, Model, Simulation};
 
-pub const FORMULATIONS: [Formulation; 2] = [Formulation::Full, Formulation::FBar];
+pub const FORMULATIONS: [Formulation; 3] = [Formulation::Full, Formulation::FBar, Formulation::BBar];
 pub const DIRECTIONS: [Direction; 3] = [Direction::X, Direction::Y, Direction::Z];
 
 pub fn elasticity(density: f64, young_modulus: f64, poisson_ratio: f64) -> IsotropicElasticity {
