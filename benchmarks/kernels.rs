@@ -10,12 +10,12 @@ use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use estar::bench::single_hex::{Pace, STEPS_BEFORE, SingleHex};
 use estar::bench::taylor_bar::{ELEMENTS, materials};
 use estar::deck::model::element_name;
+use estar_element::element::{Element, ElementVisitor};
 use estar_material::{
     ClosestPoint, ElasticConstant, IsotropicElasticity, Material, MaterialVisitor, Motion, ParameterError,
     StepKinematics,
 };
 use estar_solver::LaneLevel;
-use estar_solver::model::Formulation;
 use estar_tensor::{Kernel, Real, Rotation, Tensor, WithLanes, dispatch};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -128,14 +128,27 @@ impl<M: Material, R: Real> Kernel for &UpdateRun<'_, M, R> {
 /// Seconds of a step of an element whose points yield.
 struct AdvanceTime<'a, M> {
     material: &'a M,
-    element: Formulation,
+    level: LaneLevel,
 }
 
-impl<M: Material> WithLanes for AdvanceTime<'_, M> {
+impl<M: Material> ElementVisitor for AdvanceTime<'_, M> {
+    type Output = f64;
+
+    fn visit<E: Element>(self, element: E) -> f64 {
+        dispatch(self.level, AdvanceElement { material: self.material, element })
+    }
+}
+
+struct AdvanceElement<'a, M, E> {
+    material: &'a M,
+    element: E,
+}
+
+impl<M: Material, E: Element> WithLanes for AdvanceElement<'_, M, E> {
     type Output = f64;
 
     fn with_lanes<R: Real>(self) -> f64 {
-        let new = || SingleHex::<M, R>::new(self.material, self.element, Pace::Yielding);
+        let new = || SingleHex::<M, E, R>::new(self.material, self.element, Pace::Yielding);
         let mut hexes: [_; PACKS] = std::array::from_fn(|_| new());
         let mut advance = |rounds| {
             for _ in 0..rounds {
@@ -172,7 +185,7 @@ impl MaterialVisitor for TimesOf<'_, '_> {
         let Self { group, level, name } = self;
         enter(group, &format!("update, {name}"), || dispatch(level, UpdateTime(material)));
         for element in ELEMENTS {
-            let time = || dispatch(level, AdvanceTime { material, element });
+            let time = || element.visit(AdvanceTime { material, level });
             enter(group, &format!("{}, {name}", element_name(element)), time);
         }
     }

@@ -40,22 +40,24 @@ pub fn read_and_write_mesh(bytes: &[u8]) {
         Ok(MeshFile { mesh, .. }) => {
             let quality = QualityReport::new(&mesh);
             assert!(quality.errors().iter().all(|error| !error.to_string().is_empty()));
-            // Gmsh can write no name with a quote in it
-            if mesh.groups().iter().any(|group| group.name.contains('"')) {
-                return;
-            }
+            // names with quotes and numbers up to the largest are refused by the writer
             let binary = bytes.len().is_multiple_of(2);
-            let ordered = written_and_read(&mesh, binary);
+            let Some(ordered) = written_and_read(&mesh, binary) else { return };
             let counts = |mesh: &Mesh| [mesh.node_count(), mesh.hex_count(), mesh.groups().len()];
             assert_eq!(counts(&ordered), counts(&mesh));
-            assert_eq!(written_and_read(&ordered, !binary), ordered);
+            assert_eq!(written_and_read(&ordered, !binary).as_ref(), Some(&ordered));
         }
         Err(error) => assert!(!error.to_string().is_empty()),
     }
 }
 
-fn written_and_read(mesh: &Mesh, binary: bool) -> Mesh {
+fn written_and_read(mesh: &Mesh, binary: bool) -> Option<Mesh> {
     let mut bytes = Vec::new();
-    write_gmsh(&mut bytes, mesh, binary).expect("a mesh in memory");
-    read_mesh_bytes(&bytes, "written").expect("what was written").mesh
+    match write_gmsh(&mut bytes, mesh, binary) {
+        Ok(()) => Some(read_mesh_bytes(&bytes, "written").expect("what was written").mesh),
+        Err(error) => {
+            assert_eq!(error.kind(), std::io::ErrorKind::InvalidInput);
+            None
+        }
+    }
 }

@@ -74,6 +74,14 @@ pub struct Bookmark {
     pub wall_seconds: f64,
 }
 
+impl Bookmark {
+    /// Whether it can be one of a run of this problem: a checksum tells damage, but not forgery.
+    fn is_of(&self, problem: &Problem) -> bool {
+        let count = problem.expectations.len();
+        self.outcomes.len() == count && self.pending.iter().all(|index| *index < count) && self.approach.is_of(problem)
+    }
+}
+
 #[derive(Debug, Serialize, Deserialize)]
 struct Head {
     #[serde(flatten)]
@@ -262,9 +270,12 @@ impl Found {
     /// Brings a simulation of this run to the step of the checkpoint.
     ///
     /// # Errors
-    /// The file cannot be read, or has other numbers than such a simulation.
-    pub fn restore(&self, simulation: &mut Simulation) -> Result<(), Failure> {
+    /// The file cannot be read, or has a head or numbers that such a run has not.
+    pub fn restore(&self, problem: &Problem, simulation: &mut Simulation) -> Result<(), Failure> {
         let unreadable = |what: String| Failure::File(format!("error: {}: {what}", self.path.display()));
+        if !self.bookmark.is_of(problem) {
+            return Err(unreadable("its head is that of no run of this deck".to_owned()));
+        }
         let mut number_count = 0;
         simulation.for_each_number(|_| number_count += 1);
         if number_count != self.checkpoint.number_count() {
@@ -272,8 +283,9 @@ impl Found {
             return Err(unreadable(format!("has {found} numbers where this run has {number_count}")));
         }
         let mut numbers = self.checkpoint.numbers().map_err(|error| unreadable(format!("cannot be read: {error}")))?;
-        simulation.restore(|| numbers.next_number());
-        numbers.finish().map_err(|error| unreadable(format!("cannot be read: {error}")))
+        let restored = simulation.restore(|| numbers.next_number());
+        numbers.finish().map_err(|error| unreadable(format!("cannot be read: {error}")))?;
+        restored.map_err(|error| unreadable(error.to_string()))
     }
 }
 

@@ -107,10 +107,10 @@ impl History {
             Value::Real(energies.internal),
             Value::Real(energies.plastic_dissipation),
             Value::Real(energies.viscous),
-            // no element needs hourglass control and no mass is scaled: their rows of the ledger are empty
-            Value::Real(0.0),
+            Value::Real(energies.hourglass),
             Value::Real(energies.external_work()),
             Value::Real(energies.contact),
+            // no mass is scaled: that row of the ledger is empty
             Value::Real(0.0),
             Value::Real(energies.error()),
             Value::Real(x),

@@ -5,7 +5,7 @@ use crate::checkpoint::Bits;
 use crate::failure::Failure;
 use crate::fields::Field;
 use crate::frames::{FrameNumbers, grid, part_of_hex};
-use crate::setup::Problem;
+use crate::setup::{PartDescription, Problem};
 use crate::summary::PartSummary;
 use estar_io::{Grid, ResultWriter, WriteError};
 use estar_mesh::Mesh;
@@ -43,6 +43,12 @@ impl Closest {
 }
 
 impl Approach {
+    /// Whether it is one of the parts of this problem.
+    pub fn is_of(&self, problem: &Problem) -> bool {
+        let hex_count = problem.mesh.hex_count() as u32;
+        self.parts.len() == problem.parts.len() && self.parts.iter().all(|closest| closest.hex < hex_count)
+    }
+
     /// Before anything has moved.
     pub fn beginning(problem: &Problem) -> Self {
         let closest = |part: &estar_solver::model::Part| Closest {
@@ -86,15 +92,17 @@ impl Approach {
         ))
     }
 
-    /// How close each part came.
-    pub fn summary(&self, problem: &Problem) -> Vec<PartSummary> {
-        let summary = |(closest, part): (&Closest, &crate::setup::PartDescription)| PartSummary {
+    /// How close each part came, and its energies.
+    pub fn summary(&self, problem: &Problem, simulation: &Simulation) -> Vec<PartSummary> {
+        let summary = |((closest, part), energies): ((&Closest, &PartDescription), [f64; 2])| PartSummary {
             group: part.group.clone(),
+            internal_energy: energies[0],
+            hourglass_energy: energies[1],
             smallest_jacobian: f64::from(closest.jacobian),
             element: problem.mesh.hex_labels()[closest.hex as usize].0,
             time: f64::from(closest.time),
         };
-        self.parts.iter().zip(&problem.parts).map(summary).collect()
+        self.parts.iter().zip(&problem.parts).zip(simulation.part_energies()).map(summary).collect()
     }
 }
 

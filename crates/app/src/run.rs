@@ -91,7 +91,7 @@ fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Resu
     let lock = Lock::acquire(&directory)?;
     let found = if options.resume {
         let found = checkpoint::newest(&directory, &identity)?;
-        found.restore(&mut simulation)?;
+        found.restore(&problem, &mut simulation)?;
         Some(found)
     } else {
         clear_directory(&directory, options.force)?;
@@ -441,7 +441,7 @@ impl<'a> Run<'a> {
         let last_good = self.simulation.step() - 1;
         let first_shown = last_good.saturating_sub(inversion::STEPS_SHOWN);
         match checkpoint::before(self.directory, &self.identity, first_shown) {
-            Some(found) => found.restore(&mut self.simulation)?,
+            Some(found) => found.restore(&self.problem, &mut self.simulation)?,
             None => match setup::simulation(&self.problem, lanes) {
                 Ok(simulation) => self.simulation = simulation,
                 // it could be made before, when there was no other in memory
@@ -527,7 +527,7 @@ impl<'a> Run<'a> {
             energy_error: simulation.energies().error(),
             momentum: simulation.momentum(),
             deleted_elements: simulation.deleted_count(),
-            parts: self.approach.summary(problem),
+            parts: self.approach.summary(problem, simulation),
             extremes: ExtremeSummary::new(&snapshot),
             probes: problem.probes.iter().map(|probe| (probe.name.clone(), probe.value(&snapshot))).collect(),
             expectations_met: outcomes.len() == self.outcomes.len() && outcomes.iter().all(|outcome| outcome.met),
@@ -616,6 +616,7 @@ fn conclusion(summary: &Summary, directory: &Path) -> String {
         ("of it as heat", energies.heat),
         ("deleted elements", energies.deleted_energy),
         ("bulk viscosity", energies.viscous_energy),
+        ("hourglass control", energies.hourglass_energy),
         ("external work", energies.external_work),
         ("contact", energies.contact_energy),
     ];

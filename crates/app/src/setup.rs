@@ -308,13 +308,14 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
             diagnostics
                 .push(Diagnostic::error(message).at(part.material.0.span, "no element can have it").help(reason));
         }
-        if part.element == Formulation::FBar && !material.keeps_volume() {
+        let element = part.formulation(diagnostics);
+        if element == Formulation::FBar && !material.keeps_volume() {
             let message = "plastic flow that changes the volume, in elements `hex8-f-bar`, does not keep the energy";
             let help = "take element = \"hex8\" for the part: such flow does not lock";
             diagnostics.push(Diagnostic::warning(message).at(part.material.0.span, "this material").help(help));
         }
         let hexes = mesh.group(&part.group.name.value)?.hexes.clone();
-        Some(Part { hexes, material: material.clone(), element: part.element })
+        Some(Part { hexes, material: material.clone(), element })
     });
     let parts: Vec<Part> = parts.collect();
 

@@ -110,11 +110,15 @@ pub struct EnergySummary {
     pub step_change_energy: f64,
 }
 
-/// How close a part came to inversion.
+/// What was seen of a part.
 #[derive(Debug, Serialize)]
 pub struct PartSummary {
     /// Its group.
     pub group: String,
+    /// Stress power of its elements, of deleted ones too, J.
+    pub internal_energy: f64,
+    /// Work against their hourglass control, J.
+    pub hourglass_energy: f64,
     /// The smallest Jacobian, det F, that one of its elements had in any step.
     pub smallest_jacobian: f64,
     /// The element.
@@ -160,7 +164,7 @@ impl EnergySummary {
             heat: energies.heat,
             deleted_energy: energies.deleted,
             viscous_energy: energies.viscous,
-            hourglass_energy: 0.0,
+            hourglass_energy: energies.hourglass,
             external_work: energies.external_work(),
             load_work: load_names.iter().cloned().zip(energies.load_work.iter().copied()).collect(),
             prescribed_work: energies.constraint_work,

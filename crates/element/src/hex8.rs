@@ -22,9 +22,10 @@
 //! the forces, which makes their power the stress power: ∫ T : D̄ dv = ∫ (dev T : D + p̄ tr D) dv with p̄ v = ∫ p dv.
 
 use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
+use crate::element::{Element, ElementHistory, ElementStep};
 use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metrics};
 use arrayvec::ArrayVec;
-use estar_material::{Material, Motion, PointGradients, StepKinematics};
+use estar_material::{Material, Motion, PointGradients, PointState, StepKinematics};
 use estar_tensor::{Real, Rotation, Tensor, Vector3, array, inlined, prefetch};
 
 /// Corners of an element.
@@ -87,7 +88,79 @@ pub struct HexHistory<State, R> {
     pub viscous_pressure: R,
 }
 
-/// What all elements of a block share in a step.
+impl<R: Real, S: PointState<R>> ElementHistory<R, S> for HexHistory<S, R> {
+    fn states(&self) -> &[S] {
+        &self.states
+    }
+
+    fn rotations(&self) -> &[Rotation<R>] {
+        &self.rotations
+    }
+
+    fn stable_time_step(&self) -> R {
+        self.stable_time_step
+    }
+
+    fn for_each(&self, mut visit: impl FnMut(R)) {
+        for (state, rotation) in self.states.iter().zip(&self.rotations) {
+            state.for_each(&mut visit);
+            rotation.0.into_iter().for_each(&mut visit);
+        }
+        visit(self.stable_time_step);
+        visit(self.viscous_pressure);
+    }
+
+    fn from_numbers(mut next: impl FnMut() -> R) -> Self {
+        let points: [_; POINTS] = array(|_| (S::from_numbers(&mut next), Rotation(array(|_| next()))));
+        Self {
+            states: points.map(|(state, _)| state),
+            rotations: points.map(|(_, rotation)| rotation),
+            stable_time_step: next(),
+            viscous_pressure: next(),
+        }
+    }
+
+    fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
+        let number = |chosen: R, otherwise: R| R::select(mask, chosen, otherwise);
+        let rotation =
+            |point: usize| Rotation(array(|i| number(chosen.rotations[point].0[i], otherwise.rotations[point].0[i])));
+        Self {
+            states: array(|point| S::select(mask, &chosen.states[point], &otherwise.states[point])),
+            rotations: array(rotation),
+            stable_time_step: number(chosen.stable_time_step, otherwise.stable_time_step),
+            viscous_pressure: number(chosen.viscous_pressure, otherwise.viscous_pressure),
+        }
+    }
+}
+
+impl Element for Formulation {
+    const POINTS: usize = POINTS;
+    type History<R: Real, S: PointState<R>> = HexHistory<S, R>;
+
+    fn initial_history<R: Real, M: Material>(material: &M, stable_time_step: f64) -> HexHistory<M::State<R>, R> {
+        HexHistory {
+            states: [material.initial_state(); POINTS],
+            rotations: [Rotation::identity(); POINTS],
+            stable_time_step: R::splat(stable_time_step),
+            viscous_pressure: R::splat(0.0),
+        }
+    }
+
+    #[inline(always)]
+    fn advance<R: Real, M: Material>(
+        self,
+        material: &M,
+        history: &mut HexHistory<M::State<R>, R>,
+        upcoming: Option<&HexHistory<M::State<R>, R>>,
+        motion: &HexMotion<R>,
+        step: &ElementStep,
+    ) -> HexUpdate<R> {
+        let ElementStep { bulk_viscosity, time_step } = *step;
+        advance(material, history, upcoming, motion, &HexStep { formulation: self, bulk_viscosity, time_step })
+    }
+}
+
+/// A step of an element of this formulation.
 #[derive(Clone, Copy, Debug)]
 pub struct HexStep {
     /// Formulation.
@@ -110,6 +183,8 @@ pub struct HexUpdate<R> {
     /// Work of the step against bulk viscosity, J: on average a loss, in one step of either sign, since the pressure of
     /// t_{n+1} comes from the velocity of the half step before.
     pub viscous_energy: R,
+    /// Work of the step against hourglass control, J.
+    pub hourglass_energy: R,
     /// Smallest det F of the points and the centre.
     pub min_jacobian: R,
     /// Stable time step on the new geometry, s.
@@ -129,11 +204,11 @@ const fn entries(point: usize) -> [usize; 3] {
 }
 
 /// Coefficients of the seven modes that deform: ξ, η, ζ, ξη, ηζ, ζξ, ξηζ.
-type Modes<R> = [Vector3<R>; 7];
+pub(crate) type Modes<R> = [Vector3<R>; 7];
 
 /// Eight times the mode coefficients of a field with the given corner values (a Hadamard transform by butterflies).
 #[inline(always)]
-fn eightfold_modes<R: Real>(corners: &CornerVectors<R>) -> Modes<R> {
+pub(crate) fn eightfold_modes<R: Real>(corners: &CornerVectors<R>) -> Modes<R> {
     let x = corners;
     // sums and differences along ξ; those of the edges (0,1) (3,2) (4,5) (7,6)
     let (s0, s1, s2, s3) = (x[0] + x[1], x[3] + x[2], x[4] + x[5], x[7] + x[6]);
@@ -146,7 +221,7 @@ fn eightfold_modes<R: Real>(corners: &CornerVectors<R>) -> Modes<R> {
 
 /// Corner values of the field with the given mode coefficients: the transpose of [`eightfold_modes`].
 #[inline(always)]
-fn corner_values<R: Real>(modes: &Modes<R>) -> CornerVectors<R> {
+pub(crate) fn corner_values<R: Real>(modes: &Modes<R>) -> CornerVectors<R> {
     let [xi, eta, zeta, xi_eta, eta_zeta, zeta_xi, xi_eta_zeta] = *modes;
     // along ζ, then along η, then along ξ
     let (ss0, ss1) = (Vector3::zero() - zeta, zeta);
@@ -473,6 +548,7 @@ pub fn advance<R: Real, M: Material>(
         internal_energy,
         plastic_dissipation,
         viscous_energy,
+        hourglass_energy: zero,
         min_jacobian,
         stable_time_step: viscous.map_or(undamped, |response| undamped * damped_step_factor(response.damping_ratio)),
     }

@@ -1,5 +1,7 @@
 //! Solid elements: from the motion of corners to the forces on them. An element sees neither the mesh nor the deck.
 
 pub mod bulk_viscosity;
+pub mod element;
 pub mod hex8;
+pub mod hex8_one_point;
 pub mod stable_time_step;

@@ -23,7 +23,7 @@
 //! distorted hexes they have imaginary parts of some 10⁻³ of the norm, and such vibrations of an elastic body grow at any
 //! step. The energy ledger shows it (figures in the verification manual).
 
-use estar_tensor::{Real, Tensor};
+use estar_tensor::{Real, SymmetricTensor, Tensor};
 
 /// What the bound needs of the current geometry of an element, gathered over its points.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +62,19 @@ impl<R: Real> Metrics<R> {
     #[inline(always)]
     pub fn none() -> Self {
         Self { trace: R::splat(0.0), alpha: R::splat(f64::INFINITY), beta: R::splat(0.0) }
+    }
+
+    /// Of one metric given itself.
+    #[inline(always)]
+    pub fn of(metric: &SymmetricTensor<R>) -> Self {
+        let trace = metric.trace();
+        let per_trace = trace.recip();
+        let per_trace_squared = per_trace * per_trace;
+        Self {
+            trace,
+            alpha: (trace * trace - metric.norm_squared()) * per_trace_squared * 0.5,
+            beta: metric.determinant() * per_trace * per_trace_squared,
+        }
     }
 
     /// With one more point, from its J = ∂x/∂ξ, the cofactor and the determinant of that.
@@ -110,9 +123,13 @@ impl ElasticBounds {
     #[inline(always)]
     pub fn stable_time_step<R: Real>(&self, geometry: &ElementGeometry<R>, corner_mass: R) -> R {
         // Δt = 2/ω, ω² ≤ (2μ g + λ⁺ h)/m
-        let deviatoric = geometry.metric.largest * (2.0 * self.shear_modulus);
-        let stiffness = geometry.metric.trace.mul_add(R::splat(self.positive_lambda()), deviatoric);
-        (corner_mass / stiffness).sqrt() * 2.0
+        (corner_mass / self.stiffness(&geometry.metric)).sqrt() * 2.0
+    }
+
+    /// 2μ g + λ⁺ h.
+    #[inline(always)]
+    pub fn stiffness<R: Real>(&self, metric: &Metric<R>) -> R {
+        metric.trace.mul_add(R::splat(self.positive_lambda()), metric.largest * (2.0 * self.shear_modulus))
     }
 
     /// Lower bound of the stable time step of `hex8-f-bar` (s) with the smallest corner mass `corner_mass`.

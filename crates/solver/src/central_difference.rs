@@ -5,7 +5,7 @@ use crate::error::SimulationError;
 use crate::model::RigidWall;
 use crate::simulation::Simulation;
 use crate::solid_block::{BlockReport, NodalMotion};
-use estar_element::hex8::HexStep;
+use estar_element::element::ElementStep;
 use rayon::prelude::*;
 
 /// Nodes that one thread takes at a time; sums over nodes are formed within such a chunk first.
@@ -58,15 +58,16 @@ impl Simulation {
             displacement: &nodes.displacement,
             velocity: &nodes.velocity,
         };
+        let step = ElementStep { bulk_viscosity: self.settings.bulk_viscosity, time_step };
         self.elements = BlockReport::EMPTY;
         let mut patch_forces = self.patch_forces.as_mut_slice();
         for block in &mut self.blocks {
             let (own, rest) = patch_forces.split_at_mut(block.elements.patches().row_count());
             patch_forces = rest;
-            let step =
-                HexStep { formulation: block.formulation, bulk_viscosity: self.settings.bulk_viscosity, time_step };
             let report = block.elements.advance(motion, &step, self.least_stable_time_step, own);
             block.min_jacobian = report.min_jacobian;
+            block.internal_energy += report.internal_energy;
+            block.hourglass_energy += report.hourglass_energy;
             self.energies.heat += report.plastic_dissipation * block.elements.heat_share().unwrap_or(0.0);
             self.elements = self.elements.followed_by(&report);
         }
@@ -75,6 +76,7 @@ impl Simulation {
         self.deleted_count += u64::from(self.elements.deleted_count);
         self.energies.plastic_dissipation += self.elements.plastic_dissipation;
         self.energies.viscous += self.elements.viscous_energy;
+        self.energies.hourglass += self.elements.hourglass_energy;
     }
 
     /// Δt = safety × stable step; the last step ends at the end, and the one before is as long.

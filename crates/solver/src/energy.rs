@@ -15,6 +15,8 @@ pub struct Energies {
     pub heat: f64,
     /// Work against bulk viscosity.
     pub viscous: f64,
+    /// Work against hourglass control, of deleted elements too.
+    pub hourglass: f64,
     /// Stress power that deleted elements had taken, `internal` no more.
     pub deleted: f64,
     /// Work of each load of the model.
@@ -53,10 +55,10 @@ impl Energies {
 
     /// Where it went.
     fn is_there(&self) -> f64 {
-        self.kinetic + self.internal + self.deleted + self.viscous + self.contact
+        self.kinetic + self.internal + self.deleted + self.viscous + self.hourglass + self.contact
     }
 
-    /// Kinetic + internal + deleted + viscous + contact + step change − external work − initial.
+    /// Kinetic + internal + deleted + viscous + hourglass + contact + step change − external work − initial.
     pub fn imbalance(&self) -> f64 {
         self.is_there() + self.step_change - self.came_in()
     }

@@ -26,3 +26,4 @@ pub use estar_tensor::LaneLevel;
 pub use memory::memory_needed;
 pub use model::Model;
 pub use simulation::{Extremes, Simulation};
+pub use state::NoState;

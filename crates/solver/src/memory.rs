@@ -1,9 +1,11 @@
 //! The memory that a simulation takes, told before it takes it.
 
-use crate::model::{Model, OnInversion};
-use estar_element::hex8::{CORNERS, HexHistory};
+use crate::model::{Formulation, Model, OnInversion};
+use estar_element::element::{Element, ElementVisitor};
+use estar_element::hex8::CORNERS;
 use estar_material::{Material, MaterialVisitor};
 use estar_mesh::Mesh;
+use std::marker::PhantomData;
 
 /// Rows of forces an element: a patch of 512 elements has about 1.5 nodes an element where neighbours are close in the order
 /// of the mesh.
@@ -28,7 +30,7 @@ pub fn memory_needed(mesh: &Mesh, model: &Model) -> usize {
     let deletes = model.settings.on_inversion == OnInversion::Delete;
     let energy = if deletes { number } else { 0 };
     let histories: usize =
-        model.parts.iter().map(|part| part.hexes.len() * (part.material.visit(BytesOfHistory) + energy)).sum();
+        model.parts.iter().map(|part| part.hexes.len() * (part.material.visit(BytesOf(part.element)) + energy)).sum();
     let of_group = |group: &estar_mesh::Group| {
         size_of_val(&*group.nodes) + size_of_val(&*group.hexes) + size_of_val(&*group.faces)
     };
@@ -37,12 +39,22 @@ pub fn memory_needed(mesh: &Mesh, model: &Model) -> usize {
 }
 
 /// Bytes of the history of one element.
-struct BytesOfHistory;
+struct BytesOf(Formulation);
 
-impl MaterialVisitor for BytesOfHistory {
+impl MaterialVisitor for BytesOf {
     type Output = usize;
 
     fn visit<M: Material>(self, _: &M) -> usize {
-        size_of::<HexHistory<M::State<f64>, f64>>()
+        self.0.visit(BytesOfMaterial::<M>(PhantomData))
+    }
+}
+
+struct BytesOfMaterial<M>(PhantomData<M>);
+
+impl<M: Material> ElementVisitor for BytesOfMaterial<M> {
+    type Output = usize;
+
+    fn visit<E: Element>(self, _: E) -> usize {
+        size_of::<E::History<f64, M::State<f64>>>()
     }
 }

@@ -2,7 +2,9 @@
 
 use crate::curve::Curve;
 pub use estar_element::bulk_viscosity::BulkViscosity;
-pub use estar_element::hex8::Formulation;
+use estar_element::element::ElementVisitor;
+use estar_element::hex8;
+pub use estar_element::hex8_one_point::HourglassControl;
 use estar_material::MaterialModel;
 
 /// A complete problem on a mesh. Node, hex and face indices are positions in the mesh that the simulation is made with.
@@ -33,6 +35,31 @@ pub struct Part {
     pub material: MaterialModel,
     /// Their element.
     pub element: Formulation,
+}
+
+/// Element formulation of a part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Formulation {
+    /// Eight points, the volume change of each.
+    Full,
+    /// Eight points, the volume change of the centre.
+    FBar,
+    /// Eight points, the volume change and the pressure of the whole element.
+    BBar,
+    /// One point and hourglass control.
+    OnePoint(HourglassControl),
+}
+
+impl Formulation {
+    /// Hands the element to the visitor.
+    pub fn visit<V: ElementVisitor>(self, visitor: V) -> V::Output {
+        match self {
+            Self::Full => visitor.visit(hex8::Formulation::Full),
+            Self::FBar => visitor.visit(hex8::Formulation::FBar),
+            Self::BBar => visitor.visit(hex8::Formulation::BBar),
+            Self::OnePoint(control) => visitor.visit(control),
+        }
+    }
 }
 
 /// A coordinate direction.

@@ -6,7 +6,7 @@ use crate::constraints::Constraints;
 use crate::energy::{CentredWork, Energies};
 use crate::error::ModelError;
 use crate::loads::NodalLoad;
-use crate::model::{Direction, Formulation, LoadKind, Model, OnInversion, Part, RigidWall, TimeSettings};
+use crate::model::{Direction, LoadKind, Model, OnInversion, Part, RigidWall, TimeSettings};
 use crate::solid_block::{BlockReport, ElementBlock, Extreme, Largest, block};
 use estar_element::hex8::{self, CORNERS};
 use estar_mesh::Mesh;
@@ -69,12 +69,15 @@ pub(crate) struct Nodes {
     pub mass: Vec<f64>,
 }
 
-/// A block of elements and its formulation.
+/// A block of elements.
 pub(crate) struct Block {
-    pub formulation: Formulation,
     pub elements: Box<dyn ElementBlock>,
     /// Smallest det F of its elements.
     pub min_jacobian: Extreme,
+    /// Stress power of its elements so far, of those that are deleted too, J.
+    pub internal_energy: f64,
+    /// Work against their hourglass control, J.
+    pub hourglass_energy: f64,
 }
 
 /// Extremes over the elements at one time.
@@ -115,10 +118,9 @@ impl Simulation {
             let part_mass = add_mass(&part, mesh, &mut mass)?;
             let elasticity = part.material.elasticity();
             elastic_scale += part_mass.total / elasticity.density() * elasticity.p_wave_modulus();
-            let formulation = part.element;
             let deletes = model.settings.on_inversion == OnInversion::Delete;
             let elements = block(part, mesh.hexes(), part_mass.smallest_corners, deletes, level);
-            blocks.push(Block { formulation, elements, min_jacobian: Extreme::NONE });
+            blocks.push(Block { elements, min_jacobian: Extreme::NONE, internal_energy: 0.0, hourglass_energy: 0.0 });
         }
         let massless: Vec<usize> = (0..node_count).filter(|&node| mass[node] <= 0.0).collect();
         if let Some(&first) = massless.first() {
@@ -191,6 +193,11 @@ impl Simulation {
         // what walls and constraints change at time 0 they change after it has been looked at
         simulation.energies = energies;
         Ok(simulation)
+    }
+
+    /// Of each part the stress power so far, also of elements that are deleted, and the work against hourglass control, J.
+    pub fn part_energies(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.blocks.iter().map(|block| [block.internal_energy, block.hourglass_energy])
     }
 
     /// Time t_n, s.

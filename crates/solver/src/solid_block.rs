@@ -1,13 +1,12 @@
 //! Blocks of elements of one material and one formulation, packed so that the lanes of a number are elements.
 
 use crate::fields::HexMeans;
-use crate::model::Part;
+use crate::model::{Formulation, Part};
 use crate::patch::{PATCH, Patches};
-use estar_element::hex8::{self, CORNERS, CornerVectors, HexHistory, HexMotion, HexStep, HexUpdate, POINTS};
-use estar_material::{Material, MaterialVisitor, PointState};
-use estar_tensor::{
-    Kernel, LaneLevel, Mask, Real, Rotation, SymmetricTensor, Vector3, WithLanes, array, dispatch, prefetch,
-};
+use estar_element::element::{Element, ElementHistory, ElementStep, ElementVisitor};
+use estar_element::hex8::{CORNERS, CornerVectors, HexMotion, HexUpdate};
+use estar_material::{Material, MaterialVisitor};
+use estar_tensor::{Kernel, LaneLevel, Mask, Real, SymmetricTensor, Vector3, WithLanes, array, dispatch, prefetch};
 use rayon::prelude::*;
 
 /// No number has more lanes.
@@ -50,6 +49,7 @@ pub(crate) struct BlockReport {
     pub internal_energy: f64,
     pub plastic_dissipation: f64,
     pub viscous_energy: f64,
+    pub hourglass_energy: f64,
     pub min_jacobian: Extreme,
     pub stable_time_step: Extreme,
     /// The first hex with a force or an energy that is not finite.
@@ -65,6 +65,7 @@ impl BlockReport {
         internal_energy: 0.0,
         plastic_dissipation: 0.0,
         viscous_energy: 0.0,
+        hourglass_energy: 0.0,
         min_jacobian: Extreme::NONE,
         stable_time_step: Extreme::NONE,
         not_finite: None,
@@ -78,6 +79,7 @@ impl BlockReport {
             internal_energy: self.internal_energy + later.internal_energy,
             plastic_dissipation: self.plastic_dissipation + later.plastic_dissipation,
             viscous_energy: self.viscous_energy + later.viscous_energy,
+            hourglass_energy: self.hourglass_energy + later.hourglass_energy,
             min_jacobian: self.min_jacobian.smaller(later.min_jacobian),
             stable_time_step: self.stable_time_step.smaller(later.stable_time_step),
             not_finite: self.not_finite.or(later.not_finite),
@@ -120,7 +122,7 @@ pub(crate) trait ElementBlock: Send + Sync {
     fn advance(
         &mut self,
         motion: NodalMotion<'_>,
-        step: &HexStep,
+        step: &ElementStep,
         least_stable_time_step: f64,
         patch_forces: &mut [[f64; 4]],
     ) -> BlockReport;
@@ -159,10 +161,11 @@ pub(crate) fn block(
 ) -> Box<dyn ElementBlock> {
     let connectivity = part.hexes.iter().map(|&hex| hexes[hex as usize]).collect();
     let elements = Elements { hexes: part.hexes, connectivity, corner_mass, deletes };
-    part.material.visit(BlockOf { elements, level })
+    part.material.visit(BlockOf { formulation: part.element, elements, level })
 }
 
 struct BlockOf {
+    formulation: Formulation,
     elements: Elements,
     level: LaneLevel,
 }
@@ -171,7 +174,23 @@ impl MaterialVisitor for BlockOf {
     type Output = Box<dyn ElementBlock>;
 
     fn visit<M: Material>(self, material: &M) -> Box<dyn ElementBlock> {
-        dispatch(self.level, NewBlock { elements: self.elements, material: material.clone() })
+        let Self { formulation, elements, level } = self;
+        formulation.visit(BlockOfMaterial { material: material.clone(), elements, level })
+    }
+}
+
+struct BlockOfMaterial<M> {
+    material: M,
+    elements: Elements,
+    level: LaneLevel,
+}
+
+impl<M: Material> ElementVisitor for BlockOfMaterial<M> {
+    type Output = Box<dyn ElementBlock>;
+
+    fn visit<E: Element>(self, element: E) -> Box<dyn ElementBlock> {
+        let Self { material, elements, level } = self;
+        dispatch(level, NewBlock { element, elements, material })
     }
 }
 
@@ -183,47 +202,51 @@ struct Elements {
     deletes: bool,
 }
 
-struct NewBlock<M> {
+struct NewBlock<M, E> {
+    element: E,
     elements: Elements,
     material: M,
 }
 
-impl<M: Material> WithLanes for NewBlock<M> {
+impl<M: Material, E: Element> WithLanes for NewBlock<M, E> {
     type Output = Box<dyn ElementBlock>;
 
     fn with_lanes<R: Real>(self) -> Box<dyn ElementBlock> {
-        Box::new(SolidBlock::<M, R>::new(self.elements, self.material))
+        Box::new(SolidBlock::<M, E, R>::new(self))
     }
 }
 
-type History<M, R> = HexHistory<<M as Material>::State<R>, R>;
+type History<M, E, R> = <E as Element>::History<R, <M as Material>::State<R>>;
 
-/// Elements of one material, `R::LANES` side by side. The last pack is filled up with copies of the last element, whose
+/// Elements of one material and one formulation, `R::LANES` side by side. The last pack is filled up with copies of the last element, whose
 /// results nobody reads.
-struct SolidBlock<M: Material, R: Real> {
+struct SolidBlock<M: Material, E: Element, R: Real> {
     material: M,
+    element: E,
     hexes: Vec<u32>,
     patches: Patches,
     corner_mass: Vec<R>,
-    history: Vec<History<M, R>>,
+    history: Vec<History<M, E, R>>,
     /// Stress power that each element of each patch has taken, J, for the ledger of those that are deleted; empty where none
     /// ever is.
     internal_energies: Vec<Vec<R>>,
     reports: Vec<BlockReport>,
 }
 
-impl<M: Material, R: Real> SolidBlock<M, R> {
+impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
     /// Corners of a pack.
     const PACK_CORNERS: usize = CORNERS * R::LANES;
 
-    fn new(elements: Elements, material: M) -> Self {
+    fn new(block: NewBlock<M, E>) -> Self {
+        let NewBlock { element, elements, material } = block;
         let Elements { hexes, connectivity, corner_mass, deletes } = elements;
         let count = hexes.len();
         let pack_count = count.div_ceil(R::LANES);
-        let initial = initial_history(&material, 0.0);
+        let initial = E::initial_history(&material, 0.0);
         let mass = |pack: usize| R::from_lanes(|lane| corner_mass[(pack * R::LANES + lane).min(count - 1)]);
         Self {
             material,
+            element,
             hexes,
             patches: Patches::new(&connectivity, R::LANES),
             corner_mass: (0..pack_count).map(mass).collect(),
@@ -240,17 +263,7 @@ impl<M: Material, R: Real> SolidBlock<M, R> {
     }
 }
 
-/// The history of elements that have not moved.
-fn initial_history<M: Material, R: Real>(material: &M, stable_time_step: f64) -> History<M, R> {
-    HexHistory {
-        states: [material.initial_state(); POINTS],
-        rotations: [Rotation::identity(); POINTS],
-        stable_time_step: R::splat(stable_time_step),
-        viscous_pressure: R::splat(0.0),
-    }
-}
-
-impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
+impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
     fn hexes(&self) -> &[u32] {
         &self.hexes
     }
@@ -262,12 +275,12 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
     fn advance(
         &mut self,
         motion: NodalMotion<'_>,
-        step: &HexStep,
+        step: &ElementStep,
         least_stable_time_step: f64,
         patch_forces: &mut [[f64; 4]],
     ) -> BlockReport {
         let packs = PATCH / R::LANES;
-        let (material, patches) = (&self.material, &self.patches);
+        let (material, element, patches) = (&self.material, self.element, &self.patches);
         let work = self
             .history
             .par_chunks_mut(packs)
@@ -283,6 +296,7 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
                 let nodes = patches.nodes(patch);
                 let kernel = PatchKernel {
                     material,
+                    element,
                     motion,
                     step,
                     least_stable_time_step,
@@ -305,7 +319,7 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
     }
 
     fn stable_time_step(&self, element: usize) -> f64 {
-        self.history[element / R::LANES].stable_time_step.lane(element % R::LANES)
+        self.history[element / R::LANES].stable_time_step().lane(element % R::LANES)
     }
 
     fn heat_share(&self) -> Option<f64> {
@@ -314,8 +328,8 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
 
     fn largest(&self) -> Largest {
         // the copies that fill the last pack have the values of an element that is counted anyway
-        let of_pack = |pack: &History<M, R>| {
-            let states = || pack.states.iter();
+        let of_pack = |pack: &History<M, E, R>| {
+            let states = || pack.states().iter();
             Largest {
                 plastic_strain: largest_lane(states().map(|state| self.material.equivalent_plastic_strain(state))),
                 temperature: largest_lane(states().filter_map(|state| self.material.temperature(state))),
@@ -327,18 +341,13 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
     fn write_means(&self, patch: usize, means: HexMeans<'_>) {
         let (hexes, history) = (&self.hexes[patch * PATCH..], &self.history[patch * (PATCH / R::LANES)..]);
         let hexes = &hexes[..hexes.len().min(PATCH)];
-        R::vectorize(MeansKernel { material: &self.material, hexes, history, means });
+        R::vectorize(MeansKernel::<M, E, R> { material: &self.material, hexes, history, means });
     }
 
     fn for_each_number(&self, visit: &mut dyn FnMut(f64)) {
         for element in 0..self.hexes.len() {
             let (pack, lane) = (&self.history[element / R::LANES], element % R::LANES);
-            for point in 0..POINTS {
-                pack.states[point].for_each(|number| visit(number.lane(lane)));
-                pack.rotations[point].0.iter().for_each(|number| visit(number.lane(lane)));
-            }
-            visit(pack.stable_time_step.lane(lane));
-            visit(pack.viscous_pressure.lane(lane));
+            pack.for_each(|number| visit(number.lane(lane)));
             let energies = &self.internal_energies[element / PATCH];
             if let Some(energy) = energies.get(element % PATCH / R::LANES) {
                 visit(energy.lane(lane));
@@ -349,9 +358,9 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
     fn restore(&mut self, next: &mut dyn FnMut() -> f64) {
         // numbers of an element
         let mut count = 0;
-        self.history[0].states[0].for_each(|_| count += 1);
+        self.history[0].for_each(|_| count += 1);
         let deletes = self.internal_energies.iter().any(|energies| !energies.is_empty());
-        count = POINTS * (count + self.history[0].rotations[0].0.len()) + 2 + usize::from(deletes);
+        count += usize::from(deletes);
         let mut numbers = vec![0.0; count * R::LANES];
         let mut internal_energies = self.internal_energies.iter_mut().flatten();
         for (pack, hexes) in self.history.iter_mut().zip(self.hexes.chunks(R::LANES)) {
@@ -362,12 +371,7 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
                 at += 1;
                 lanes
             };
-            for point in 0..POINTS {
-                pack.states[point] = PointState::from_numbers(&mut number);
-                pack.rotations[point] = Rotation(array(|_| number()));
-            }
-            pack.stable_time_step = number();
-            pack.viscous_pressure = number();
+            *pack = ElementHistory::from_numbers(&mut number);
             if let Some(energy) = internal_energies.next() {
                 *energy = number();
             }
@@ -376,13 +380,14 @@ impl<M: Material, R: Real> ElementBlock for SolidBlock<M, R> {
 }
 
 /// The work of one thread at a time.
-struct PatchKernel<'a, M: Material, R: Real> {
+struct PatchKernel<'a, M: Material, E: Element, R: Real> {
     material: &'a M,
+    element: E,
     motion: NodalMotion<'a>,
-    step: &'a HexStep,
+    step: &'a ElementStep,
     least_stable_time_step: f64,
     hexes: &'a [u32],
-    history: &'a mut [History<M, R>],
+    history: &'a mut [History<M, E, R>],
     /// Of each pack; empty where no element is ever deleted.
     internal_energies: &'a mut [R],
     nodes: &'a [u32],
@@ -391,12 +396,12 @@ struct PatchKernel<'a, M: Material, R: Real> {
     forces: &'a mut [[f64; 4]],
 }
 
-impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
+impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
     type Output = BlockReport;
 
     #[inline(always)]
     fn run(self) -> BlockReport {
-        let mut sums = [[R::splat(0.0); 3]; SUM_SLOTS];
+        let mut sums = [[R::splat(0.0); 4]; SUM_SLOTS];
         let slots = SUM_SLOTS / R::LANES;
         let mut min_jacobian = LaneExtreme::none();
         let mut stable_time_step = LaneExtreme::none();
@@ -404,7 +409,7 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
         let deletes = !self.internal_energies.is_empty();
         let mut deleted = Deleted { count: 0, energy: 0.0 };
         let mut nodes = [0; CORNERS * MOST_LANES];
-        let nodes = &mut nodes[..SolidBlock::<M, R>::PACK_CORNERS];
+        let nodes = &mut nodes[..SolidBlock::<M, E, R>::PACK_CORNERS];
         // forces of a pack, the corners of an element side by side
         let mut corner_forces = [[[0.0; 4]; CORNERS]; MOST_LANES];
         self.forces.fill([0.0; 4]);
@@ -425,7 +430,7 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
         let packs = self
             .hexes
             .chunks(R::LANES)
-            .zip(self.corners.chunks_exact(SolidBlock::<M, R>::PACK_CORNERS))
+            .zip(self.corners.chunks_exact(SolidBlock::<M, E, R>::PACK_CORNERS))
             .zip(self.corner_mass);
         for (pack, ((hexes, corners), &corner_mass)) in packs.enumerate() {
             let (now, later) = self.history[pack..].split_at_mut(1);
@@ -444,16 +449,18 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
             let zero = R::splat(0.0);
             let mut is_deleted = zero.lt(zero);
             if deletes {
-                is_deleted = rest(history, &mut motion);
+                is_deleted = rest(history.stable_time_step(), &mut motion);
             }
-            let mut update = hex8::advance(self.material, history, upcoming, &motion, self.step);
+            let mut update = self.element.advance(self.material, history, upcoming, &motion, self.step);
             if deletes {
                 let energy_so_far = &mut self.internal_energies[pack];
                 let is_flat = update.stable_time_step.lt(R::splat(self.least_stable_time_step));
                 let ends = (update.min_jacobian.le(zero) | is_flat) & !is_deleted;
                 is_deleted = is_deleted | ends;
                 if is_deleted.any() {
-                    delete(is_deleted, self.material, history, &mut update);
+                    delete::<R>(is_deleted, &mut update);
+                    let initial = E::initial_history(self.material, f64::INFINITY);
+                    *history = ElementHistory::select(is_deleted, &initial, history);
                     deleted.enter(ends, energy_so_far, hexes.len());
                 }
                 *energy_so_far += update.internal_energy;
@@ -479,7 +486,8 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
                 let marked = R::select(finite, R::splat(1.0), R::splat(0.0));
                 not_finite = (0..hexes.len()).find(|&lane| marked.lane(lane) == 0.0).map(|lane| hexes[lane]);
             }
-            let mut energies = [update.internal_energy, update.plastic_dissipation, update.viscous_energy];
+            let mut energies =
+                [update.internal_energy, update.plastic_dissipation, update.viscous_energy, update.hourglass_energy];
             if hexes.len() < R::LANES {
                 let counts = R::from_lanes(|lane| if lane < hexes.len() { 1.0 } else { 0.0 }).gt(zero);
                 energies = energies.map(|energy| R::select(counts, energy, zero));
@@ -497,6 +505,7 @@ impl<M: Material, R: Real> Kernel for PatchKernel<'_, M, R> {
             internal_energy: total(0),
             plastic_dissipation: total(1),
             viscous_energy: total(2),
+            hourglass_energy: total(3),
             min_jacobian: min_jacobian.resolved(self.hexes),
             stable_time_step: stable_time_step.resolved(self.hexes),
             not_finite,
@@ -529,8 +538,8 @@ impl Deleted {
 /// The lanes of elements that have been deleted, which their infinite time step tells. They stand still where they began, so
 /// that nothing comes of them.
 #[inline(always)]
-fn rest<S, R: Real>(history: &HexHistory<S, R>, motion: &mut HexMotion<R>) -> R::Mask {
-    let are_deleted = history.stable_time_step.ge(R::splat(f64::INFINITY));
+fn rest<R: Real>(stable_time_step: R, motion: &mut HexMotion<R>) -> R::Mask {
+    let are_deleted = stable_time_step.ge(R::splat(f64::INFINITY));
     if are_deleted.any() {
         for corner in 0..CORNERS {
             for axis in 0..3 {
@@ -544,31 +553,18 @@ fn rest<S, R: Real>(history: &HexHistory<S, R>, motion: &mut HexMotion<R>) -> R:
     are_deleted
 }
 
-/// Takes force, energies and time step from deleted elements, and their history.
-fn delete<M: Material, R: Real>(
-    deleted: R::Mask,
-    material: &M,
-    history: &mut History<M, R>,
-    update: &mut HexUpdate<R>,
-) {
+/// Takes force, energies and time step from deleted elements.
+fn delete<R: Real>(deleted: R::Mask, update: &mut HexUpdate<R>) {
     let (zero, infinity) = (R::splat(0.0), R::splat(f64::INFINITY));
     for component in update.internal_force.iter_mut().flat_map(|force| &mut force.0) {
         *component = R::select(deleted, zero, *component);
     }
-    for energy in [&mut update.internal_energy, &mut update.plastic_dissipation, &mut update.viscous_energy] {
+    let HexUpdate { internal_energy, plastic_dissipation, viscous_energy, hourglass_energy, .. } = update;
+    for energy in [internal_energy, plastic_dissipation, viscous_energy, hourglass_energy] {
         *energy = R::select(deleted, zero, *energy);
     }
     update.min_jacobian = R::select(deleted, infinity, update.min_jacobian);
     update.stable_time_step = R::select(deleted, infinity, update.stable_time_step);
-    let initial = initial_history::<M, R>(material, f64::INFINITY);
-    for (state, initial) in history.states.iter_mut().zip(&initial.states) {
-        *state = PointState::select(deleted, initial, state);
-    }
-    for (rotation, initial) in history.rotations.iter_mut().zip(&initial.rotations) {
-        *rotation = Rotation(array(|i| R::select(deleted, initial.0[i], rotation.0[i])));
-    }
-    history.stable_time_step = R::select(deleted, infinity, history.stable_time_step);
-    history.viscous_pressure = R::select(deleted, zero, history.viscous_pressure);
 }
 
 /// The smallest value of each lane and the pack that has it.
@@ -609,27 +605,27 @@ fn largest_lane<R: Real>(numbers: impl Iterator<Item = R>) -> f64 {
 }
 
 /// Means over the points of the elements of a patch, as a user sees them.
-struct MeansKernel<'a, M: Material, R: Real> {
+struct MeansKernel<'a, M: Material, E: Element, R: Real> {
     material: &'a M,
     hexes: &'a [u32],
-    history: &'a [History<M, R>],
+    history: &'a [History<M, E, R>],
     means: HexMeans<'a>,
 }
 
-impl<M: Material, R: Real> Kernel for MeansKernel<'_, M, R> {
+impl<M: Material, E: Element, R: Real> Kernel for MeansKernel<'_, M, E, R> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
         let Self { material, hexes, history, means } = self;
         let HexMeans { mut cauchy_stress, mut equivalent_plastic_strain, mut temperature } = means;
-        let share = R::splat(1.0 / POINTS as f64);
+        let share = R::splat(1.0 / E::POINTS as f64);
         let mut lanes = [[0.0; MOST_LANES]; 6];
         for (pack, hexes_of_pack) in history.iter().zip(hexes.chunks(R::LANES)) {
             let places = || hexes_of_pack.iter().map(|hex| (hex - hexes[0]) as usize).enumerate();
             if let Some(field) = &mut cauchy_stress {
                 let mut mean = SymmetricTensor::zero();
-                for (state, rotation) in pack.states.iter().zip(&pack.rotations) {
+                for (state, rotation) in pack.states().iter().zip(pack.rotations()) {
                     mean = mean + material.cauchy_stress(state, *rotation) * share;
                 }
                 for (lanes, component) in lanes.iter_mut().zip(mean.0) {
@@ -641,28 +637,24 @@ impl<M: Material, R: Real> Kernel for MeansKernel<'_, M, R> {
             }
             let [lanes, ..] = &mut lanes;
             if let Some(field) = &mut equivalent_plastic_strain {
-                let strains: [R; POINTS] = array(|point| material.equivalent_plastic_strain(&pack.states[point]));
-                mean(strains).store(lanes);
+                let mut mean = R::splat(0.0);
+                for state in pack.states() {
+                    mean += material.equivalent_plastic_strain(state) * share;
+                }
+                mean.store(lanes);
                 places().for_each(|(lane, place)| field[place] = lanes[lane]);
             }
             if let Some(field) = &mut temperature {
                 let none = R::splat(f64::NAN);
-                let of_point = |point: usize| material.temperature(&pack.states[point]).unwrap_or(none);
-                mean(array(of_point)).store(lanes);
+                let mut mean = R::splat(0.0);
+                for state in pack.states() {
+                    mean += material.temperature(state).unwrap_or(none) * share;
+                }
+                mean.store(lanes);
                 places().for_each(|(lane, place)| field[place] = lanes[lane]);
             }
         }
     }
-}
-
-/// The mean over the points of an element.
-#[inline(always)]
-fn mean<R: Real>(values: [R; POINTS]) -> R {
-    let mut mean = R::splat(0.0);
-    for value in values {
-        mean += value * R::splat(1.0 / POINTS as f64);
-    }
-    mean
 }
 
 /// Fills in the vectors of a field at the corners of the elements of a pack.

@@ -4,9 +4,15 @@
 use crate::energy::CentredWork;
 use crate::simulation::Simulation;
 use crate::solid_block::Extreme;
+use thiserror::Error;
+
+/// Numbers that are those of no state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("its numbers are those of no state of this run")]
+pub struct NoState;
 
 /// Numbers of the state that stand alone.
-const SCALARS: usize = 17;
+const SCALARS: usize = 18;
 
 impl Simulation {
     /// Calls `visit` with every number of the state, in an order that depends neither on threads nor on lanes.
@@ -21,14 +27,20 @@ impl Simulation {
             field.iter().flatten().for_each(|&number| visit(number));
         }
         for block in &self.blocks {
+            visit(block.internal_energy);
+            visit(block.hourglass_energy);
             block.elements.for_each_number(&mut visit);
         }
     }
 
     /// Takes the state whose numbers `next` gives in the order of [`Simulation::for_each_number`]: that of a simulation of
     /// the same model on the same mesh.
-    pub fn restore(&mut self, mut next: impl FnMut() -> f64) {
-        self.set_scalars(std::array::from_fn(|_| next()));
+    ///
+    /// # Errors
+    /// The numbers are none of such a state; then the simulation is of no use any more.
+    pub fn restore(&mut self, mut next: impl FnMut() -> f64) -> Result<(), NoState> {
+        let scalars: [f64; SCALARS] = std::array::from_fn(|_| next());
+        self.set_scalars(scalars);
         for work in self.works_mut() {
             *work = CentredWork { until_now: next(), begun: next() };
         }
@@ -37,12 +49,21 @@ impl Simulation {
             field.iter_mut().flatten().for_each(|number| *number = next());
         }
         for block in &mut self.blocks {
+            block.internal_energy = next();
+            block.hourglass_energy = next();
             block.elements.restore(&mut next);
         }
         // at time 0 the works have begun, and the ledger has not seen them yet
         if self.step > 0 {
             self.enter_works();
         }
+        let counts = self.mesh.hex_count() as u32;
+        let extremes = [self.elements.min_jacobian, self.elements.stable_time_step];
+        let times = [self.time, self.time_step, self.next_time_step];
+        let is_state = scalars[0] == self.step as f64
+            && times.iter().all(|time| time.is_finite() && *time >= 0.0)
+            && extremes.iter().all(|extreme| extreme.hex < counts);
+        if is_state { Ok(()) } else { Err(NoState) }
     }
 
     fn scalars(&self) -> [f64; SCALARS] {
@@ -66,6 +87,7 @@ impl Simulation {
             f64::from(elements.stable_time_step.hex),
             energies.deleted,
             self.deleted_count as f64,
+            energies.hourglass,
         ]
     }
 
@@ -90,6 +112,7 @@ impl Simulation {
         elements.stable_time_step = Extreme { value: scalars[13], hex: scalars[14] as u32 };
         energies.deleted = scalars[15];
         self.deleted_count = scalars[16] as u64;
+        energies.hourglass = scalars[17];
     }
 
     fn works(&self) -> impl Iterator<Item = &CentredWork> {

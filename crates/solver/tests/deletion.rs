@@ -102,7 +102,7 @@ fn deletion_has_the_same_bits_for_any_threads_and_lanes_and_from_any_step_on() {
     let resumed = pooled(3, || {
         let mut simulation = Simulation::new(&mesh, wreck(&mesh, 700.0, end), LaneLevel::best()).unwrap();
         let mut numbers = middle.iter().map(|bits| f64::from_bits(*bits));
-        simulation.restore(|| numbers.next().unwrap());
+        simulation.restore(|| numbers.next().unwrap()).unwrap();
         assert!(numbers.next().is_none());
         while !simulation.is_finished() {
             simulation.advance().unwrap();

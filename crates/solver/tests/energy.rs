@@ -16,7 +16,8 @@ use estar_material::{
 use estar_mesh::Mesh;
 use estar_solver::fields::HexMeans;
 use estar_solver::model::{
-    BulkViscosity, Direction, Fix, Formulation, InitialVelocity, LoadKind, Quantity, RigidWall, Spin, TimeSettings,
+    BulkViscosity, Direction, Fix, Formulation, HourglassControl, InitialVelocity, LoadKind, Quantity, RigidWall, Spin,
+    TimeSettings,
 };
 use estar_solver::{Curve, Interpolation, Model, Simulation};
 
@@ -441,9 +442,11 @@ fn central_differences_converge_at_second_order() {
         let distances = results.each_ref().map(|(displacement, _)| distance(displacement));
         let errors = results.each_ref().map(|(_, worst)| *worst);
         println!("convergence, {formulation:?}: {distances:?} {errors:?}");
+        // a viscosity acts by the velocity of the half step before, which is of first order
+        let is_viscous = matches!(formulation, Formulation::OnePoint(HourglassControl::Viscous { .. }));
         for pair in distances.windows(2) {
             let order = (pair[0] / pair[1]).log2();
-            assert!((1.8..2.2).contains(&order), "{order}: {distances:?}");
+            assert!((if is_viscous { 1.0..2.2 } else { 1.8..2.2 }).contains(&order), "{order}: {distances:?}");
         }
         // the energy of F-bar is that of its own volume change, whose difference from the work does not fall with the step
         if formulation != Formulation::FBar {

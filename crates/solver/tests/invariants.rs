@@ -129,7 +129,7 @@ fn a_state_taken_up_by_another_simulation_ends_in_the_same_bits() {
             let mut simulation = Simulation::new(&mesh, crash(&mesh), level).unwrap();
             if let Some(numbers) = start {
                 let mut numbers = numbers.iter();
-                simulation.restore(|| f64::from_bits(*numbers.next().unwrap()));
+                simulation.restore(|| f64::from_bits(*numbers.next().unwrap())).unwrap();
                 assert!(numbers.next().is_none());
             }
             while simulation.step() < steps && !simulation.is_finished() {

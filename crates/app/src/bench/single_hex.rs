@@ -1,10 +1,11 @@
 //! One hex (or one a lane) in the motion of the bar's foot: to count the operations of an element step, and to time the
 //! element alone.
 
-use estar_element::hex8::{self, CORNER_SIGNS, CORNERS, HexHistory, HexMotion, HexStep, HexUpdate, POINTS};
-use estar_material::{Material, MaterialModel, MaterialVisitor, PointState};
+use estar_element::element::{Element, ElementHistory, ElementStep, ElementVisitor};
+use estar_element::hex8::{self, CORNER_SIGNS, CORNERS, HexMotion, HexUpdate};
+use estar_material::{Material, MaterialModel, MaterialVisitor};
 use estar_solver::model::Formulation;
-use estar_tensor::{Counted, Kernel, Operations, Real, Rotation, Vector3, array, operations};
+use estar_tensor::{Counted, Kernel, Operations, Real, Vector3, array, operations};
 
 /// Edge of the hex, m.
 const EDGE: f64 = 0.25e-3;
@@ -31,16 +32,17 @@ impl Pace {
 }
 
 /// A hex that is compressed, sheared, turned and bent at a constant rate, so that no two of its points do the same.
-pub struct SingleHex<'a, M: Material, R: Real> {
+pub struct SingleHex<'a, M: Material, E: Element, R: Real> {
     material: &'a M,
-    history: HexHistory<M::State<R>, R>,
+    element: E,
+    history: E::History<R, M::State<R>>,
     motion: HexMotion<R>,
-    step: HexStep,
+    step: ElementStep,
 }
 
-impl<'a, M: Material, R: Real> SingleHex<'a, M, R> {
+impl<'a, M: Material, E: Element, R: Real> SingleHex<'a, M, E, R> {
     /// The hex at rest.
-    pub fn new(material: &'a M, formulation: Formulation, pace: Pace) -> Self {
+    pub fn new(material: &'a M, element: E, pace: Pace) -> Self {
         // a corner is moved, so that no two edges are parallel by chance
         let corner = |corner: usize| -> [f64; 3] {
             let place = CORNER_SIGNS[corner].map(|sign| 0.5 * EDGE * sign);
@@ -56,19 +58,15 @@ impl<'a, M: Material, R: Real> SingleHex<'a, M, R> {
         let lumped_mass: [R; CORNERS] = hex8::lumped_mass(&reference, material.elasticity().density());
         let mut hex = Self {
             material,
-            history: HexHistory {
-                states: [material.initial_state(); POINTS],
-                rotations: [Rotation::identity(); POINTS],
-                stable_time_step: R::splat(0.0),
-                viscous_pressure: R::splat(0.0),
-            },
+            element,
+            history: E::initial_history(material, 0.0),
             motion: HexMotion {
                 reference,
                 position: reference,
                 velocity: array(|a| vector(velocity(corner(a)))),
                 corner_mass: lumped_mass.into_iter().reduce(R::min).expect("eight corners"),
             },
-            step: HexStep { formulation, bulk_viscosity: None, time_step: 0.0 },
+            step: ElementStep { bulk_viscosity: None, time_step: 0.0 },
         };
         hex.step.time_step = 0.9 * hex.advance().stable_time_step.lane(0);
         hex
@@ -81,16 +79,15 @@ impl<'a, M: Material, R: Real> SingleHex<'a, M, R> {
 
     /// Every number of the history.
     fn numbers(&self) -> Vec<R> {
-        let mut numbers = vec![self.history.stable_time_step, self.history.viscous_pressure];
-        self.history.states.iter().for_each(|state| state.for_each(|number| numbers.push(number)));
-        numbers.extend(self.history.rotations.iter().flat_map(|rotation| rotation.0));
+        let mut numbers = Vec::new();
+        self.history.for_each(|number| numbers.push(number));
         numbers
     }
 }
 
-struct Step<'a, 'b, M: Material, R: Real>(&'a mut SingleHex<'b, M, R>);
+struct Step<'a, 'b, M: Material, E: Element, R: Real>(&'a mut SingleHex<'b, M, E, R>);
 
-impl<M: Material, R: Real> Kernel for Step<'_, '_, M, R> {
+impl<M: Material, E: Element, R: Real> Kernel for Step<'_, '_, M, E, R> {
     type Output = HexUpdate<R>;
 
     #[inline(always)]
@@ -99,7 +96,7 @@ impl<M: Material, R: Real> Kernel for Step<'_, '_, M, R> {
         for (position, velocity) in hex.motion.position.iter_mut().zip(&hex.motion.velocity) {
             *position = velocity.mul_add(R::splat(hex.step.time_step), *position);
         }
-        hex8::advance(hex.material, &mut hex.history, None, &hex.motion, &hex.step)
+        hex.element.advance(hex.material, &mut hex.history, None, &hex.motion, &hex.step)
     }
 }
 
@@ -117,7 +114,20 @@ impl MaterialVisitor for OperationsOf {
     type Output = Operations;
 
     fn visit<M: Material>(self, material: &M) -> Operations {
-        let mut hex = SingleHex::<M, Counted>::new(material, self.formulation, self.pace);
+        self.formulation.visit(OperationsOfMaterial { material, pace: self.pace })
+    }
+}
+
+struct OperationsOfMaterial<'a, M> {
+    material: &'a M,
+    pace: Pace,
+}
+
+impl<M: Material> ElementVisitor for OperationsOfMaterial<'_, M> {
+    type Output = Operations;
+
+    fn visit<E: Element>(self, element: E) -> Operations {
+        let mut hex = SingleHex::<M, E, Counted>::new(self.material, element, self.pace);
         for _ in 0..STEPS_BEFORE {
             hex.advance();
         }
@@ -129,6 +139,7 @@ impl MaterialVisitor for OperationsOf {
                 update.internal_energy,
                 update.plastic_dissipation,
                 update.viscous_energy,
+                update.hourglass_energy,
                 update.min_jacobian,
                 update.stable_time_step,
             ]);
@@ -145,11 +156,11 @@ mod tests {
 
     /// Plastic strain of the points after the steps that lead to the state of interest, and after one more.
     fn strains<M: Material>(material: &M, pace: Pace) -> [Vec<f64>; 2] {
-        let mut hex = SingleHex::<M, f64>::new(material, Formulation::FBar, pace);
+        let mut hex = SingleHex::<M, _, f64>::new(material, hex8::Formulation::FBar, pace);
         for _ in 0..STEPS_BEFORE {
             hex.advance();
         }
-        let strains = |hex: &SingleHex<M, f64>| {
+        let strains = |hex: &SingleHex<M, hex8::Formulation, f64>| {
             hex.history.states.iter().map(|state| material.equivalent_plastic_strain(state)).collect()
         };
         let before = strains(&hex);
@@ -161,7 +172,7 @@ mod tests {
     fn the_hex_is_elastic_at_one_pace_and_yields_at_every_point_at_the_other() {
         let (_, material) = materials().swap_remove(0);
         let MaterialModel::EStar(material) = material else { panic!("the first material is E* in box-rate form") };
-        assert_eq!(strains(&material, Pace::Elastic)[1], [0.0; POINTS]);
+        assert_eq!(strains(&material, Pace::Elastic)[1], [0.0; hex8::POINTS]);
         let [before, after] = strains(&material, Pace::Yielding);
         assert!(
             before.iter().zip(&after).all(|(before, after)| after > before && *before > 0.0),

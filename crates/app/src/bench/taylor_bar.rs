@@ -8,7 +8,9 @@ use estar_material::{
 };
 use estar_mesh::generate::{CylinderParameters, CylinderSpec, Section, cylinder};
 use estar_mesh::{Mesh, locality_order};
-use estar_solver::model::{Direction, Fix, Formulation, InitialVelocity, Model, Part, RigidWall, TimeSettings};
+use estar_solver::model::{
+    Direction, Fix, Formulation, HourglassControl, InitialVelocity, Model, Part, RigidWall, TimeSettings,
+};
 
 /// Hexes of the mesh on which published codes were measured: the bar of 12 cells along the edge of the core.
 pub const PEERS_HEX_COUNT: usize = bar_hex_count(12);
@@ -94,8 +96,9 @@ pub fn materials() -> Vec<(&'static str, MaterialModel)> {
     ]
 }
 
-/// Both elements.
-pub const ELEMENTS: [Formulation; 3] = [Formulation::FBar, Formulation::BBar, Formulation::Full];
+/// Every element, with the control that needs nothing chosen.
+pub const ELEMENTS: [Formulation; 4] =
+    [Formulation::FBar, Formulation::BBar, Formulation::OnePoint(HourglassControl::Physical), Formulation::Full];
 
 #[cfg(test)]
 mod tests {

@@ -6,7 +6,8 @@ use super::values::{
     Acceleration, GroupName, Length, MaterialName, MeshFile, NotNegative, Number, OfFaces, OfHexes, OfNodes, Positive,
     Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
 };
-use estar_solver::model::{Direction, Formulation};
+use crate::diagnostics::{Diagnostic, Diagnostics};
+use estar_solver::model::{Direction, Formulation, HourglassControl};
 use estar_solver::{Curve, Interpolation};
 
 deck_table! {
@@ -27,15 +28,88 @@ deck_table! {
         /// Their material.
         material: MaterialName = required,
         /// Their element.
-        element: Formulation = default("'hex8-f-bar'"),
+        element: ElementKind = default("'hex8-f-bar'"),
+        /// Hourglass control of `hex8-one-point`; `"physical"` unless given.
+        hourglass: At<Hourglass> = optional,
+        /// Coefficient of the control `stiffness` or `viscous`; 0.05 or 0.1 unless given.
+        hourglass_coefficient: At<Quantity<Positive<Number>>> = optional,
     }
 }
 
-deck_choice! { Formulation {
-    "hex8-f-bar" => Formulation::FBar, "eight nodes, full integration, F-bar against volumetric locking";
-    "hex8-b-bar" => Formulation::BBar, "eight nodes, full integration, mean dilatation (B-bar) against volumetric locking; its forces \
+/// Elements by their names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ElementKind {
+    /// `hex8-f-bar`.
+    FBar,
+    /// `hex8-b-bar`.
+    BBar,
+    /// `hex8`.
+    Full,
+    /// `hex8-one-point`.
+    OnePoint,
+}
+
+/// Hourglass controls by their names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hourglass {
+    /// `physical`.
+    Physical,
+    /// `stiffness`.
+    Stiffness,
+    /// `viscous`.
+    Viscous,
+}
+
+/// Coefficients where the deck gives none: those that Flanagan & Belytschko and LS-DYNA recommend.
+const STIFFNESS_COEFFICIENT: f64 = 0.05;
+const VISCOUS_COEFFICIENT: f64 = 0.1;
+
+impl PartTable {
+    /// The formulation of the part's elements; a key that does not suit them is reported.
+    pub fn formulation(&self, diagnostics: &mut Diagnostics) -> Formulation {
+        let coefficient = self.hourglass_coefficient.as_ref();
+        let of_kind = match self.element {
+            ElementKind::FBar => Formulation::FBar,
+            ElementKind::BBar => Formulation::BBar,
+            ElementKind::Full => Formulation::Full,
+            ElementKind::OnePoint => {
+                let control = self.hourglass.as_ref().map_or(Hourglass::Physical, |control| control.value);
+                let or = |default| coefficient.map_or(default, |coefficient| coefficient.value.value);
+                if let (Hourglass::Physical, Some(coefficient)) = (control, coefficient) {
+                    let diagnostic = Diagnostic::error("the hourglass control `physical` has no coefficient");
+                    let help = "`hourglass = \"stiffness\"` and `\"viscous\"` have one";
+                    diagnostics.push(diagnostic.at(coefficient.span, "this one").help(help));
+                }
+                return Formulation::OnePoint(match control {
+                    Hourglass::Physical => HourglassControl::Physical,
+                    Hourglass::Stiffness => HourglassControl::Stiffness { coefficient: or(STIFFNESS_COEFFICIENT) },
+                    Hourglass::Viscous => HourglassControl::Viscous { coefficient: or(VISCOUS_COEFFICIENT) },
+                });
+            }
+        };
+        let keys = [self.hourglass.as_ref().map(|key| key.span), coefficient.map(|key| key.span)];
+        if let Some(span) = keys.into_iter().flatten().next() {
+            let name = element_name(of_kind);
+            let diagnostic = Diagnostic::error(format!("elements `{name}` need no hourglass control"));
+            let help = "it belongs to element = \"hex8-one-point\"";
+            diagnostics.push(diagnostic.at(span, "this key").help(help));
+        }
+        of_kind
+    }
+}
+
+deck_choice! { Hourglass {
+    "physical" => Hourglass::Physical, "by the stiffness of assumed strains, of bending and torsion; nothing to choose";
+    "stiffness" => Hourglass::Stiffness, "by a share of the stiffness of uniform strain, Flanagan & Belytschko 1981";
+    "viscous" => Hourglass::Viscous, "by a viscosity, Flanagan & Belytschko 1981";
+} }
+
+deck_choice! { ElementKind {
+    "hex8-f-bar" => ElementKind::FBar, "eight nodes, full integration, F-bar against volumetric locking";
+    "hex8-b-bar" => ElementKind::BBar, "eight nodes, full integration, mean dilatation (B-bar) against volumetric locking; its forces \
         do the work of its stress";
-    "hex8" => Formulation::Full, "eight nodes, full integration; locks when the volume hardly changes";
+    "hex8-one-point" => ElementKind::OnePoint, "eight nodes, one point, hourglass control: the cheapest";
+    "hex8" => ElementKind::Full, "eight nodes, full integration; locks when the volume hardly changes";
 } }
 
 deck_table! {
@@ -189,5 +263,8 @@ pub fn element_name(element: Formulation) -> &'static str {
         Formulation::Full => "hex8",
         Formulation::FBar => "hex8-f-bar",
         Formulation::BBar => "hex8-b-bar",
+        Formulation::OnePoint(HourglassControl::Physical) => "hex8-one-point",
+        Formulation::OnePoint(HourglassControl::Stiffness { .. }) => "hex8-one-point, stiffness",
+        Formulation::OnePoint(HourglassControl::Viscous { .. }) => "hex8-one-point, viscous",
     }
 }

@@ -11,11 +11,19 @@ use estar_mesh::generate::{BoxSpec, box_mesh};
 use estar_mesh::{ElementLabel, Mesh, NodeLabel};
 use estar_solver::fields::HexMeans;
 use estar_solver::model::{
-    Direction, Formulation, InitialVelocity, Load, LoadKind, Part, Prescribed, Quantity, Spin, TimeSettings,
+    Direction, Formulation, HourglassControl, InitialVelocity, Load, LoadKind, Part, Prescribed, Quantity, Spin,
+    TimeSettings,
 };
 use estar_solver::{Curve, Interpolation, LaneLevel, Model, Simulation};
 
-pub const FORMULATIONS: [Formulation; 3] = [Formulation::Full, Formulation::FBar, Formulation::BBar];
+pub const FORMULATIONS: [Formulation; 6] = [
+    Formulation::Full,
+    Formulation::FBar,
+    Formulation::BBar,
+    Formulation::OnePoint(HourglassControl::Physical),
+    Formulation::OnePoint(HourglassControl::Stiffness { coefficient: 0.05 }),
+    Formulation::OnePoint(HourglassControl::Viscous { coefficient: 0.1 }),
+];
 pub const DIRECTIONS: [Direction; 3] = [Direction::X, Direction::Y, Direction::Z];
 
 pub fn elasticity(density: f64, young_modulus: f64, poisson_ratio: f64) -> IsotropicElasticity {
