@@ -278,6 +278,56 @@ fn missing_and_unusable_files_have_their_status() {
 }
 
 #[test]
+fn a_table_of_an_override_takes_the_place_of_the_deck_s() {
+    let workshop = Workshop::new();
+    let law = r#"material.rubber.hardening={ law = "perfect", yield_stress = "1 MPa" }"#;
+    let deck = DECK.replace(
+        "theory = \"elastic\"",
+        "theory = \"e-star\"\nhardening = { law = \"linear\", yield_stress = \"1 MPa\", modulus = \"1 MPa\" }",
+    );
+    workshop.run_deck(&deck, &["--set", law]).assert(0, &[]);
+    workshop.run_deck(&deck, &["--set", "time={ max_steps = 3 }"]).assert(2, &["`time` lacks `end`"]);
+    workshop.run_deck(&deck, &["--set", "part=[]"]).assert(2, &["part"]);
+}
+
+#[test]
+fn tables_of_other_files_are_read_and_belong_to_the_run() {
+    let workshop = Workshop::new();
+    let deck = DECK
+        .replace("theory = \"elastic\"", "theory = \"e-star\"\nhardening = { law = \"tabulated\", file = \"t.csv\" }");
+    workshop.run_deck(&deck, &[]).assert(4, &["t.csv", "No such file"]);
+    for (text, fault) in
+        [("0 1e6\n1 2e6\n", "line 2 of t.csv"), ("a,b\nc,d\n0,1e6\n", "line 2 of t.csv"), ("", "one point")]
+    {
+        workshop.write("t.csv", text);
+        workshop.run_deck(&deck, &[]).assert(2, &[fault]);
+    }
+    workshop.write("t.csv", "strain,stress\n0,1e6\n1,2e6\n");
+    workshop.run_deck(&deck, &["--stop-at-step", "5"]).assert(0, &[]);
+    workshop.write("t.csv", "strain,stress\n0,3e6\n1,9e6\n");
+    workshop.estar(&["run", "deck.toml", "--resume"]).assert(4, &["it is of another deck"]);
+}
+
+#[test]
+fn hourglass_control_is_chosen_where_there_is_one() {
+    let workshop = Workshop::new();
+    let one_point = ["--set", "part.0.element='hex8-one-point'"];
+    for control in ["physical", "stiffness", "viscous"] {
+        let set = format!("part.0.hourglass='{control}'");
+        workshop.run("", &[&one_point[..], &["--set", &set]].concat()).assert(0, &[]);
+    }
+    workshop
+        .run("", &["--set", "part.0.hourglass='viscous'"])
+        .assert(2, &["need no hourglass control", "hex8-one-point"]);
+    let coefficient = ["--set", "part.0.hourglass_coefficient=0.1"];
+    workshop.run("", &[&one_point[..], &coefficient].concat()).assert(2, &["`physical` has no coefficient"]);
+    let stiff = ["--set", "part.0.hourglass='stiffness'"];
+    workshop.run("", &[&one_point[..], &stiff, &coefficient].concat()).assert(0, &[]);
+    let part = &workshop.summary()["parts"][0];
+    assert!(part["internal_energy"].is_number() && part["hourglass_energy"].is_number(), "{part}");
+}
+
+#[test]
 fn wrong_command_lines_end_with_status_2() {
     let workshop = Workshop::new();
     workshop.write("deck.toml", DECK);
@@ -539,7 +589,7 @@ fn bench_measures_every_element_and_material() {
     let said = workshop.estar(&["bench", "--quick", "--hexes", "24", "--threads", "2", "--lanes", "portable"]);
     said.assert(0, &["memory and arithmetic of the machine"]);
     for part in
-        ["hex8-f-bar e-star box-rate linear", "hex8       elastic", "arithmetic, portable", "1 thread", "2 threads"]
+        ["hex8-f-bar     e-star box-rate linear", "hex8           elastic", "arithmetic, portable", "1 thread", "2 threads"]
     {
         assert!(said.text.contains(part), "no {part:?} in\n{}", said.text);
     }

@@ -110,7 +110,7 @@ fn an_inversion_is_told_also_when_it_cannot_be_shown() {
 #[cfg(target_os = "linux")]
 fn run_within(workshop: &Workshop, blocks: u32, arguments: &str) -> Said {
     let estar = env!("CARGO_BIN_EXE_estar");
-    let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec '{estar}' run deck.toml {arguments}");
+    let script = format!("ulimit -f {blocks}; exec '{estar}' run deck.toml {arguments}");
     let mut command = std::process::Command::new("bash");
     command.args(["-c", &script]).current_dir(workshop.directory.path());
     Said::of(&command.output().unwrap())
@@ -180,6 +180,53 @@ fn a_directory_that_may_not_be_written_is_told_before_anything_is_computed() {
     workshop.run("", &["--output", "closed"]).assert(4, &["closed", "cannot be written: Permission denied"]);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_that_is_ignored_when_the_program_begins_does_not_stop_the_run() {
+    let workshop = Workshop::new();
+    workshop.write("deck.toml", DECK);
+    let estar = env!("CARGO_BIN_EXE_estar");
+    let script = format!("trap '' HUP; exec '{estar}' run deck.toml --force --set time.end=1e6 --set output.frames=2");
+    let mut child = std::process::Command::new("bash")
+        .args(["-c", &script])
+        .current_dir(workshop.directory.path())
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    workshop.wait_for("deck/run.jsonl");
+    let kill = |signal: &str| {
+        let status = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+        assert!(status.success());
+    };
+    kill("-HUP");
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    kill("-TERM");
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let steps = workshop.summary()["steps"].as_u64().unwrap();
+    let records = workshop.read("deck/run.jsonl");
+    assert!(steps > 0 && workshop.summary()["status"] == "interrupted", "{records}");
+}
+
+#[test]
+fn outputs_that_are_gone_or_cut_short_are_named_before_a_run_goes_on() {
+    let workshop = Workshop::new();
+    workshop.run_deck(DECK, &["--stop-at-step", "9"]).assert(0, &[]);
+    let frame = workshop.path("deck/fields/frame_00001.vtu");
+    let whole = fs::read(&frame).unwrap();
+    fs::write(&frame, &whole[..whole.len() / 2]).unwrap();
+    let resume = |arguments: &[&str]| workshop.estar(&[&["run", "deck.toml", "--resume"], arguments].concat());
+    resume(&[]).assert(4, &["cannot go on", "frame_00001.vtu: is cut short", "--force"]);
+    fs::remove_file(&frame).unwrap();
+    resume(&[]).assert(4, &["cannot go on", "frame_00001.vtu: cannot be read", "--force"]);
+    fs::write(&frame, &whole).unwrap();
+    let history = workshop.read("deck/history.csv");
+    fs::write(workshop.path("deck/history.csv"), history.lines().next().unwrap()).unwrap();
+    resume(&[]).assert(4, &["cannot go on", "history.csv", "--force"]);
+    fs::write(workshop.path("deck/history.csv"), history).unwrap();
+    resume(&["--stop-at-step", "5"]).assert(2, &["--stop-at-step 5 lies before step 9"]);
+    resume(&[]).assert(0, &[]);
+}
+
 #[test]
 fn a_second_run_in_a_directory_is_told_who_has_it() {
     let workshop = Workshop::new();
@@ -227,5 +274,7 @@ fn a_run_that_does_not_fit_into_memory_is_refused_before_it_begins() {
         limited(50_000, command).assert(2, &["reading box.msh needs about", "deck.toml:5:8", "coarser mesh"]);
     }
     assert!(!workshop.path("deck").exists(), "nothing is written before");
+    limited(300_000, "mesh box --cells 300 300 300 --output big.msh #")
+        .assert(2, &["this mesh needs about", "coarser"]);
     limited(4_000_000, "check deck.toml").assert(0, &[]);
 }

@@ -15,6 +15,10 @@ use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// What can be done where outputs of a run that is to go on are gone.
+pub const START_OVER: &str =
+    "\nhelp: put the file back, or start from the beginning with --force, which removes the results";
+
 /// Checkpoints that are kept.
 const KEPT: usize = 2;
 
@@ -228,7 +232,9 @@ pub fn newest(directory: &Path, identity: &Identity) -> Result<Found, Failure> {
     }
     let directory = directory.display();
     Err(Failure::File(if refusals.is_empty() {
-        format!("error: {directory} has no checkpoint to resume from\nhelp: start from the beginning, without --resume")
+        format!(
+            "error: {directory} has no checkpoint to resume from\nhelp: start from the beginning: without --resume, and with --force if results of an earlier run are there"
+        )
     } else {
         let reasons: String = refusals.iter().map(|refusal| format!("\n  {refusal}")).collect();
         format!(

@@ -9,6 +9,7 @@ use crate::failure::Failure;
 use crate::mesh_command::{MeshCommand, mesh};
 use crate::point::{PointOptions, point};
 use crate::run::{RunOptions, run};
+use crate::signals::survive_file_size_limit;
 use clap::{Args, Parser, Subcommand};
 use estar_solver::LaneLevel;
 use std::path::PathBuf;
@@ -175,6 +176,7 @@ fn hex_count(text: &str) -> Result<usize, String> {
 
 /// The program: reads the command line, does what it says, and returns the exit status.
 pub fn main() -> ExitCode {
+    survive_file_size_limit();
     match execute(Cli::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

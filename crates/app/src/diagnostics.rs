@@ -18,6 +18,11 @@ impl Span {
         Self { source: source.0, start: range.start, end: range.end }
     }
 
+    /// What it is of the text of its source.
+    pub fn text(self, source: &str) -> &str {
+        source.get(self.start..self.end).unwrap_or_default()
+    }
+
     /// Its first byte, as an empty span.
     pub fn beginning(self) -> Self {
         Self { end: self.start, ..self }
@@ -191,6 +196,11 @@ impl Diagnostics {
     /// Adds a finding.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         self.found.push(diagnostic);
+    }
+
+    /// How many of the findings are errors.
+    pub fn error_count(&self) -> usize {
+        self.found.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count()
     }
 
     /// Whether there is an error among the findings.

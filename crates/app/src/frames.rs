@@ -6,6 +6,7 @@
 //! A frame's numbers are in a buffer that goes to and fro. When a frame comes before the last one is written, the loop waits
 //! for the buffer: memory is bounded, and no frame is lost. More buffers would help only where frames come in bursts.
 
+use crate::checkpoint;
 use crate::failure::Failure;
 use crate::fields::Field;
 use estar_io::{FieldData, Frame, Grid, ResultWriter, WriteError};
@@ -81,7 +82,9 @@ impl FrameWriter {
         let mut writer = if earlier.times.is_empty() {
             ResultWriter::create(directory).map_err(failure)?
         } else {
-            ResultWriter::resume(directory, earlier.times.clone()).map_err(failure)?
+            ResultWriter::resume(directory, earlier.times.clone()).map_err(|error| {
+                Failure::File(format!("error: the run cannot go on: {error}{}", checkpoint::START_OVER))
+            })?
         };
         let part_of_hex = part_of_hex(mesh, parts);
         // packing a frame must not crowd out the loop

@@ -1,5 +1,6 @@
 //! `history.csv`: a row of numbers every so often.
 
+use crate::checkpoint;
 use crate::failure::Failure;
 use crate::setup::Problem;
 use crate::snapshot::Snapshot;
@@ -72,8 +73,10 @@ impl History {
     /// It cannot be read or written, or has not so many rows.
     pub fn resume(directory: &Path, problem: &Problem, row_count: u64) -> Result<Self, Failure> {
         let path = directory.join(FILE);
-        let writer = HistoryWriter::resume(&path, &columns(problem), row_count);
-        Ok(Self { writer: writer.map_err(Failure::writing(&path))?, path, row_count })
+        let writer = HistoryWriter::resume(&path, &columns(problem), row_count).map_err(|error| {
+            Failure::File(format!("error: the run cannot go on: {}: {error}{}", path.display(), checkpoint::START_OVER))
+        })?;
+        Ok(Self { writer, path, row_count })
     }
 
     /// Rows so far.

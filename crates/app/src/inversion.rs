@@ -111,12 +111,13 @@ fn warning(part: usize, closest: &Closest, problem: &Problem, simulation: &Simul
     let nodes = corners.map(|node| problem.mesh.node_labels()[node as usize].0.to_string()).join(" ");
     format!(
         "warning: element {} of part {} is squeezed to {:.3} of its volume or less at step {}, t = {:.6e} s; its nodes are \
-         {nodes}. It may turn inside out: a finer or better shaped mesh there helps, or [time] on_inversion = \"delete\"",
+         {nodes}. It may turn inside out: a finer or better shaped mesh there helps{}",
         problem.mesh.hex_labels()[closest.hex as usize].0,
         problem.parts[part].group,
         f64::from(closest.jacobian),
         simulation.step(),
-        simulation.time()
+        simulation.time(),
+        if simulation.deletes() { "" } else { ", or [time] on_inversion = \"delete\"" }
     )
 }
 

@@ -28,6 +28,7 @@ pub mod probes;
 pub mod progress;
 pub mod run;
 pub mod setup;
+pub mod signals;
 pub mod snapshot;
 pub mod summary;
 pub mod trouble;

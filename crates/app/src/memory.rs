@@ -9,6 +9,8 @@ use std::path::Path;
 
 /// While a mesh is read, its file and what is made of it are in memory, about as much again.
 const BYTES_PER_BYTE_OF_MESH: u64 = 2;
+/// A mesh that is made: its nodes, hexes, labels and groups.
+const BYTES_PER_NEW_HEX: u64 = 200;
 /// A frame on its way, with its grid: bytes of numbers and of what they are packed into, per node and per hex.
 const FRAME_PER_NODE: usize = 56;
 const FRAME_PER_HEX: usize = 100;
@@ -29,6 +31,11 @@ pub fn shortage_of_mesh(path: &Path) -> Option<String> {
     // a file that cannot be looked at is told of when it is read
     let size = fs::metadata(path).map_or(0, |metadata| metadata.len());
     shortage(&format!("reading {}", path.display()), size.saturating_mul(BYTES_PER_BYTE_OF_MESH))
+}
+
+/// Why a mesh of so many hexes cannot be made, if it does not fit.
+pub fn shortage_of_new_mesh(hex_count: u64) -> Option<String> {
+    shortage("this mesh", hex_count.saturating_mul(BYTES_PER_NEW_HEX))
 }
 
 /// Why a problem cannot be run, if it does not fit.

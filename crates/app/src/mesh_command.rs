@@ -135,6 +135,10 @@ pub fn mesh(command: &MeshCommand) -> Result<(), Failure> {
             let sizes = |values: &[f64]| [values[0], values[1], values[2]];
             let cells = [arguments.cells[0], arguments.cells[1], arguments.cells[2]];
             let spec = BoxSpec::new(sizes(&arguments.size), cells).map_err(impossible)?;
+            let hex_count = cells.iter().map(|count| u64::from(*count)).product();
+            if let Some(shortage) = memory::shortage_of_new_mesh(hex_count) {
+                return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
+            }
             write(&arguments.target, || box_mesh(&spec))
         }
         MeshCommand::Cylinder(arguments) => {

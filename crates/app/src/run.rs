@@ -13,13 +13,13 @@ use crate::lock::Lock;
 use crate::output::{Schedule, clear_directory, default_directory, make_directory};
 use crate::progress::{EarlierLegs, Progress};
 use crate::setup::{self, Problem};
+use crate::signals;
 use crate::snapshot::Snapshot;
 use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, Summary, state_hash};
 use crate::trouble;
 use estar_solver::{LaneLevel, Simulation, SimulationError};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -91,6 +91,13 @@ fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Resu
     let lock = Lock::acquire(&directory)?;
     let found = if options.resume {
         let found = checkpoint::newest(&directory, &identity)?;
+        if let Some(stop) = options.stop_at_step.filter(|stop| *stop < found.step) {
+            return Err(Failure::Input(format!(
+                "error: --stop-at-step {stop} lies before step {}, from which this run would go on ({})\nhelp: a run goes on from \
+                 its newest checkpoint; nothing has been changed",
+                found.step, found.name
+            )));
+        }
         found.restore(&problem, &mut simulation)?;
         Some(found)
     } else {
@@ -109,31 +116,13 @@ fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Resu
         console.say(&format!("  resumes    from {}, step {}", found.name, count(found.step as f64)));
     }
 
-    let is_interrupted = interruption();
+    let is_interrupted = signals::interruption();
     let bookmark = found.map(|found| found.bookmark);
     let mut run = Run::start(problem, simulation, bookmark, &directory, identity, console)?;
     let ending = run.advance_to_end(&is_interrupted, options.stop_at_step);
     let outcome = run.conclude(ending, &is_interrupted, threads, lanes);
     drop(lock);
     outcome
-}
-
-/// Signals that follow the first within this time are its echo: some send one to the program and one to its group.
-const ECHO: Duration = Duration::from_secs(1);
-
-/// A flag that Ctrl-C raises; a second Ctrl-C ends the program at once.
-fn interruption() -> Arc<AtomicBool> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let raised = Arc::clone(&flag);
-    // a program that cannot catch the signal is ended by it, and its files are whole all the same
-    let mut first: Option<Instant> = None;
-    let _ = ctrlc::set_handler(move || {
-        raised.store(true, Ordering::Relaxed);
-        if first.get_or_insert_with(Instant::now).elapsed() > ECHO {
-            std::process::exit(130);
-        }
-    });
-    flag
 }
 
 /// A run under way.

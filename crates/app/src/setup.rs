@@ -32,7 +32,7 @@ pub struct Problem {
     pub title: String,
     /// The deck's file.
     pub deck_path: PathBuf,
-    /// SHA-256 of the deck's text, and of the overrides of the command line if there are any.
+    /// SHA-256 of the deck's text, and of the files that it names and the overrides of the command line if there are any.
     pub deck_hash: String,
     /// The mesh's file.
     pub mesh_path: PathBuf,
@@ -103,10 +103,13 @@ impl LoadError {
 pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError> {
     let text = read_text(deck_path).map_err(LoadError::Deck)?;
     let Reading { sources, deck, decoder } = deck::read(deck_path, &text, overrides);
-    let Decoder { diagnostics, groups, mesh_file, .. } = decoder;
+    let Decoder { diagnostics, groups, mesh_file, texts, unreadable_count, .. } = decoder;
     let mut findings = Findings { sources, diagnostics };
     let diagnostics = &mut findings.diagnostics;
-    let fault = |findings, is_unreadable_file| Err(LoadError::Faults { findings, is_unreadable_file });
+    let fault = |findings: Findings, is_unreadable_file: bool| {
+        let only_files = unreadable_count > 0 && findings.diagnostics.error_count() == unreadable_count;
+        Err(LoadError::Faults { is_unreadable_file: is_unreadable_file || only_files, findings })
+    };
 
     let scale = deck.as_ref().map_or(1.0, |deck| deck.mesh.scale.value);
     let Some(mesh_file) = mesh_file else { return fault(findings, false) };
@@ -141,7 +144,7 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
         parts: describe_parts(&deck, &mesh),
         title: deck.title,
         deck_path: deck_path.to_owned(),
-        deck_hash: deck_hash(&text, overrides),
+        deck_hash: deck_hash(&text, &texts, overrides),
         mesh_path: mesh_file.value,
         mesh_format: format,
         quality,
@@ -173,10 +176,11 @@ pub fn simulation(problem: &Problem, lanes: LaneLevel) -> Result<Simulation, Fai
     }
 }
 
-fn deck_hash(text: &str, overrides: &[String]) -> String {
+/// That of the deck, of the files that it names beside the mesh, and of the overrides.
+fn deck_hash(text: &str, texts: &[String], overrides: &[String]) -> String {
     let mut hasher = Sha256::new();
     hasher.update(text.as_bytes());
-    for argument in overrides {
+    for argument in texts.iter().chain(overrides) {
         hasher.update(b"\0");
         hasher.update(argument.as_bytes());
     }

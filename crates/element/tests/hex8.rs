@@ -230,6 +230,31 @@ fn in_motions_that_are_not_uniform_the_forces_of_f_bar_alone_do_other_work_than_
     assert!(full < 1e-4 && b_bar < 1e-4 && f_bar > 1e-2, "{worst:?}");
 }
 
+/// A pure bend u_x = x z of a brick a long and h high has a shear γ_xz = x that a plate does not have. Energy over that of the plate,
+/// ½ E h²/(12 (1 − ν²)) V: (1 − ν²)/E ((λ + 2μ) + μ (a/h)²) with full integration; F-bar and B-bar change the volumetric part only,
+/// which vanishes in their mean, (1 − ν²)/E (4/3 μ + μ (a/h)²).
+#[test]
+fn a_bend_is_too_stiff_in_long_elements_whatever_the_volumetric_part() {
+    let elasticity = elasticity(0.3);
+    let material = Elastic::new(elasticity);
+    let (shear, bulk) = (elasticity.shear_modulus(), elasticity.bulk_modulus());
+    let plate_modulus = common::YOUNG_MODULUS / (1.0 - 0.3 * 0.3);
+    for formulation in FORMULATIONS {
+        for ratio in [1.0, 2.0, 4.0] {
+            let corners = common::brick([ratio, 0.7, 1.0]);
+            let bent = corners.map(|[x, y, z]| [x + 1e-6 * x * z, y, z]);
+            let mut history = initial_history(&material);
+            let update = moved(&material, &mut history, &corners, [&corners, &bent], &step(formulation));
+            let plate = 0.5e-12 * plate_modulus / 12.0 * 0.7 * ratio;
+            let of_fibres = if formulation == Formulation::Full { bulk + 4.0 / 3.0 * shear } else { 4.0 / 3.0 * shear };
+            let expected = (of_fibres + shear * ratio * ratio) / plate_modulus;
+            let found = update.internal_energy / plate;
+            println!("{formulation:?}, a/h = {ratio}: {found:.3} of the plate's energy");
+            assert!((found / expected - 1.0).abs() < 1e-4, "{formulation:?}: {found} {expected}");
+        }
+    }
+}
+
 /// One step of a pack, compiled for its lanes.
 struct Advance<'a, M: Material, R: Real> {
     material: &'a M,

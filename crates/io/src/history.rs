@@ -70,13 +70,13 @@ impl HistoryWriter {
         let mut line = String::new();
         let mut length = reader.read_line(&mut line)? as u64;
         if line != header(columns) {
-            return Err(invalid(format!("{}: its columns are not those of this run", path.display())));
+            return Err(invalid("its columns are not those of this run".to_owned()));
         }
         for row in 0..row_count {
             line.clear();
             length += reader.read_line(&mut line)? as u64;
             if !line.ends_with('\n') {
-                return Err(invalid(format!("{}: has {row} whole rows of the {row_count} expected", path.display())));
+                return Err(invalid(format!("it has {row} whole rows of the {row_count} expected")));
             }
         }
         let mut file = OpenOptions::new().write(true).open(path)?;

@@ -1,7 +1,7 @@
 //! The series of frames that ParaView opens: `results.pvd` and `fields/frame_00000.vtu`, ...
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -20,6 +20,14 @@ pub enum WriteError {
         /// What the system says.
         source: io::Error,
     },
+    /// A frame of the series that is to go on.
+    #[error("{}: {what}", path.display())]
+    EarlierFrame {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
     /// The system refused, the file not yet known.
     #[error("cannot be written: {0}")]
     Io(#[from] io::Error),
@@ -36,6 +44,17 @@ impl WriteError {
             other => other,
         }
     }
+}
+
+/// Whether a frame has its end.
+fn is_whole(path: &Path) -> io::Result<bool> {
+    const END: &[u8] = b"</VTKFile>";
+    let mut file = fs::File::open(path)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(END.len() as u64 + 8)))?;
+    let mut tail = Vec::new();
+    file.take(64).read_to_end(&mut tail)?;
+    Ok(tail.trim_ascii_end().ends_with(END))
 }
 
 /// Writes frames one after another. Every file is whole or not there, and `results.pvd` names only frames that are:
@@ -63,12 +82,16 @@ impl ResultWriter {
     /// names no later one.
     ///
     /// # Errors
-    /// [`WriteError::Unwritable`], also where one of these frames is not there.
+    /// [`WriteError::Unwritable`]; [`WriteError::EarlierFrame`] where one of these frames is not there or not whole.
     pub fn resume(folder: &Path, times: Vec<f64>) -> Result<Self, WriteError> {
         let writer = Self { synced: times.len(), times, ..Self::create(folder)? };
         for number in 0..writer.times.len() {
             let path = folder.join(frame_name(number));
-            fs::metadata(&path).map_err(|source| WriteError::Unwritable { path, source })?;
+            match is_whole(&path) {
+                Ok(true) => {}
+                Ok(false) => return Err(WriteError::EarlierFrame { path, what: "is cut short".to_owned() }),
+                Err(error) => return Err(WriteError::EarlierFrame { path, what: format!("cannot be read: {error}") }),
+            }
         }
         writer.write_series()?;
         Ok(writer)

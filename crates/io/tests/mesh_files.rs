@@ -300,6 +300,14 @@ fn abaqus_sets_may_name_sets_share_names_and_come_from_elements() {
 }
 
 #[test]
+fn abaqus_names_in_quotes_are_the_same_in_keywords_and_in_data() {
+    let more = "*ELSET, ELSET=\"my set\"\n11, 12\n*ELSET, ELSET=all\n\"my set\", 13\n";
+    let file = read_mesh_bytes(&[&abaqus(&sample())[..], more.as_bytes()].concat(), "a.inp").unwrap();
+    assert_eq!(file.mesh.group("my set").unwrap().hexes.len(), 2);
+    assert_eq!(file.mesh.group("all").unwrap().hexes.len(), 3);
+}
+
+#[test]
 fn abaqus_hierarchies_that_are_not_flat_are_refused_with_advice() {
     let with = |more: &str| [&abaqus(&sample())[..], more.as_bytes()].concat();
     assert!(error(&with("*PART, NAME=b\n")).contains("more than one *PART is not supported"));

@@ -216,6 +216,9 @@ impl Mesh {
             }
         }
         for group in &mut groups {
+            // a surface is a set: a face that is listed twice, in whatever order of its nodes, is in it once
+            let mut seen = HashSet::new();
+            group.faces.retain(|face| seen.insert(face_key(face)));
             group.complete(&hexes, coordinates.len());
             if group.nodes.is_empty() {
                 return Err(MeshError::EmptyGroup { group: group.name.clone() });
@@ -439,6 +442,21 @@ mod tests {
         assert_eq!((volume.kind, volume.nodes.len()), (GroupKind::Volume, 12));
         assert_eq!(mesh.group("x_min").unwrap().nodes.len(), 4);
         assert!(mesh.group("nowhere").is_none());
+    }
+
+    #[test]
+    fn a_face_that_is_listed_twice_is_in_the_group_once() {
+        let mesh = two_hexes();
+        let mut groups = mesh.groups().to_vec();
+        let surface = groups.iter_mut().find(|group| !group.faces.is_empty()).unwrap();
+        let count = surface.faces.len();
+        let mut again = surface.faces.clone();
+        again[0].reverse();
+        surface.faces.extend(again);
+        let name = surface.name.clone();
+        let parts = (mesh.node_labels().to_vec(), mesh.hexes().to_vec(), mesh.hex_labels().to_vec());
+        let read = Mesh::new(mesh.coordinates().to_vec(), parts.0, parts.1, parts.2, groups).unwrap();
+        assert_eq!(read.group(&name).unwrap().faces.len(), count);
     }
 
     #[test]

@@ -219,25 +219,25 @@ impl Report {
     }
 
     fn write_head(&self, text: &mut String, title: &str, labels: [&str; 2]) {
-        let _ = write!(text, "\n{title:48}");
+        let _ = write!(text, "\n{title:50}");
         for &threads in &self.limits.threads {
-            let _ = write!(text, "{:>26}", in_threads(threads));
+            let _ = write!(text, "{:>25}", in_threads(threads));
         }
-        let _ = write!(text, "\n{:11}{:23}{:>7}{:>7}", labels[0], labels[1], "flops", "bytes");
+        let _ = write!(text, "\n{:15}{:23}{:>6}{:>6}", labels[0], labels[1], "flops", "bytes");
         for _ in &self.limits.threads {
-            let _ = write!(text, "{:>8}{:>5}{:>7}{:>6}", "ns", "±%", "M/s", "roof");
+            let _ = write!(text, "{:>7}{:>5}{:>7}{:>6}", "ns", "±%", "M/s", "roof");
         }
         text.push('\n');
     }
 }
 
 fn write_row(text: &mut String, labels: [&str; 2], row: &Row) {
-    let _ = write!(text, "{:11}{:23}{:7.0}{:7.0}", labels[0], labels[1], row.flops, row.bytes);
+    let _ = write!(text, "{:15}{:23}{:6.0}{:6.0}", labels[0], labels[1], row.flops, row.bytes);
     for run in &row.runs {
         let (spread, rate, share) =
             (100.0 * run.spread, 1e-6 * run.element_steps_per_second, 100.0 * run.roofline_fraction);
         let bound = &run.bound[..1];
-        let _ = write!(text, "{:8.1}{spread:5.0}{rate:7.2}{share:5.0}{bound}", run.nanoseconds);
+        let _ = write!(text, "{:7.1}{spread:5.0}{rate:7.2}{share:5.0}{bound}", run.nanoseconds);
     }
     text.push('\n');
 }

@@ -54,6 +54,10 @@ pub struct Decoder {
     pub definitions: Vec<Mention>,
     /// The mesh file.
     pub mesh_file: Option<At<PathBuf>>,
+    /// The text of every other file that the deck names, in the order in which they were read.
+    pub texts: Vec<String>,
+    /// Such files that could not be read.
+    pub unreadable_count: usize,
     directory: PathBuf,
     path: Vec<String>,
 }
@@ -103,6 +107,8 @@ impl Decoder {
             mentions: Vec::new(),
             definitions: Vec::new(),
             mesh_file: None,
+            texts: Vec::new(),
+            unreadable_count: 0,
             directory: directory.to_owned(),
             path: Vec::new(),
         }

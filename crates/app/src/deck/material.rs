@@ -3,6 +3,7 @@
 use super::decoder::{Decoder, FromDeck};
 use super::macros::{deck_choice, deck_table, deck_variants};
 use super::schema::{Interval, QuantitySchema, Schema};
+use super::source::{TextError, read_text};
 use super::tree::Node;
 use super::units::Dimension;
 use super::values::{
@@ -352,7 +353,7 @@ fn table(
         (Some(points), None) => Some(points.0),
         (None, Some(file)) => {
             let span = node.value.entry("file").map_or(node.span, |entry| entry.node.span);
-            read_table(&decoder.file(&file))
+            read_table(&decoder.file(&file), decoder)
                 .map_err(|fault| {
                     let message = format!("`{}.file` cannot be used: {fault}", decoder.place());
                     decoder.report(Diagnostic::error(message).at(span, "this file").help("one `strain,stress` a line"));
@@ -368,9 +369,13 @@ fn table(
     }
 }
 
-fn read_table(path: &std::path::Path) -> Result<Vec<[f64; 2]>, String> {
-    let text = super::source::read_text(path).map_err(|error| error.to_string())?;
+fn read_table(path: &std::path::Path, decoder: &mut Decoder) -> Result<Vec<[f64; 2]>, String> {
+    let text = read_text(path).map_err(|error| {
+        decoder.unreadable_count += usize::from(matches!(error, TextError::Unreadable { .. }));
+        error.to_string()
+    })?;
     let mut points = Vec::new();
+    let mut is_first = true;
     for (index, line) in text.lines().enumerate() {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
@@ -379,10 +384,13 @@ fn read_table(path: &std::path::Path) -> Result<Vec<[f64; 2]>, String> {
         let cells: Vec<Option<f64>> = line.split([',', ';']).map(|cell| cell.trim().parse().ok()).collect();
         match cells[..] {
             [Some(strain), Some(stress)] => points.push([strain, stress]),
-            _ if points.is_empty() && cells.iter().all(Option::is_none) => {}
-            _ => return Err(format!("line {} is not two numbers", index + 1)),
+            // one head line
+            _ if is_first && cells.iter().all(Option::is_none) => {}
+            _ => return Err(format!("line {} of {} is not two numbers", index + 1, path.display())),
         }
+        is_first = false;
     }
+    decoder.texts.push(text);
     Ok(points)
 }
 

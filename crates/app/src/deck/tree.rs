@@ -155,25 +155,31 @@ pub fn apply_override(deck: &mut Node, argument: &str, sources: &mut Sources, di
         diagnostics.push(diagnostic.help(AN_OVERRIDE));
         return;
     }
-    overlay(deck, set, diagnostics);
+    overlay(deck, set, argument, diagnostics);
 }
 
-/// Tables are merged key by key, lists by position; anything else is replaced.
-fn overlay(old: &mut Node, new: Node, diagnostics: &mut Diagnostics) {
+/// The keys of an override lead through tables by name and through lists by position to what it sets, which is replaced, a table
+/// with all its keys.
+fn overlay(old: &mut Node, new: Node, argument: &str, diagnostics: &mut Diagnostics) {
+    let leads_on = !new.span.text(argument).starts_with('{');
     match (&mut old.value, new.value) {
-        (Value::Table(old_table), Value::Table(new_table)) => {
+        (Value::Table(old_table), Value::Table(new_table)) if leads_on => {
             for entry in new_table.entries {
                 match old_table.position(&entry.key) {
-                    Some(position) => overlay(&mut old_table.entries[position].node, entry.node, diagnostics),
+                    Some(position) => {
+                        overlay(&mut old_table.entries[position].node, entry.node, argument, diagnostics);
+                    }
                     None => old_table.entries.push(entry),
                 }
             }
         }
-        (Value::List(list), Value::Table(new_table)) => {
+        (Value::List(list), Value::Table(new_table)) if leads_on => {
             let count = list.len();
             for entry in new_table.entries {
                 match entry.key.parse::<usize>() {
-                    Ok(position) if position < count => overlay(&mut list[position], entry.node, diagnostics),
+                    Ok(position) if position < count => {
+                        overlay(&mut list[position], entry.node, argument, diagnostics);
+                    }
                     Ok(position) if position == count => list.push(entry.node),
                     _ => diagnostics.push(
                         Diagnostic::error(format!("the list has no position `{}`", entry.key))

@@ -361,6 +361,7 @@ impl Reader {
 impl Line<'_> {
     /// A member of a set: a number or the name of another set, either possibly behind the name of an instance.
     fn member(&self, field: &str) -> Result<Members, Located> {
+        let field = field.trim_matches('"');
         let own = field.rsplit_once('.').map_or(field, |(_, own)| own);
         match own.parse() {
             Ok(label) => Ok(Members::One(label)),
