@@ -588,9 +588,13 @@ fn bench_measures_every_element_and_material() {
     let workshop = Workshop::new();
     let said = workshop.estar(&["bench", "--quick", "--hexes", "24", "--threads", "2", "--lanes", "portable"]);
     said.assert(0, &["memory and arithmetic of the machine"]);
-    for part in
-        ["hex8-f-bar     e-star box-rate linear", "hex8           elastic", "arithmetic, portable", "1 thread", "2 threads"]
-    {
+    for part in [
+        "hex8-f-bar     e-star box-rate linear",
+        "hex8           elastic",
+        "arithmetic, portable",
+        "1 thread",
+        "2 threads",
+    ] {
         assert!(said.text.contains(part), "no {part:?} in\n{}", said.text);
     }
     let widest = said.text.lines().map(|line| line.chars().count()).max();

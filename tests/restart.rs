@@ -428,6 +428,43 @@ fn a_checkpoint_of_another_run_is_refused_with_the_reason() {
     assert_eq!(both.status.code(), Some(2), "{}", text(&both));
 }
 
+/// A checkpoint after a change of its bytes, under a checksum that is right again.
+fn forged(bytes: &[u8], change: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+    use sha2::Digest;
+    let mut forged = bytes[..bytes.len() - 32].to_vec();
+    change(&mut forged);
+    let checksum = sha2::Sha256::digest(&forged);
+    forged.extend(checksum);
+    forged
+}
+
+/// Found by the fuzzer: a checksum tells damage, but not that numbers and head are of no run.
+#[test]
+fn a_forged_checkpoint_is_refused() {
+    let workshop = Workshop::new(TAYLOR);
+    workshop.run_well("out", &["--stop-at-step", "20"]);
+    let path = workshop.path("out").join("checkpoint_000000000020.estar");
+    let bytes = fs::read(&path).unwrap();
+    let head_length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let number = |index: usize| 24 + head_length + 8 * index;
+    let refused = |forged: Vec<u8>, reason: &str| {
+        fs::write(&path, forged).unwrap();
+        let said = workshop.run("out", &["--resume"]);
+        assert_eq!(said.status.code(), Some(4), "{}", text(&said));
+        assert!(text(&said).contains(reason), "{}", text(&said));
+    };
+    // the hex of the smallest Jacobian, the time
+    for (index, value) in [(12, 4_294_967_295.0), (14, 1e300), (1, -1.0), (1, f64::NAN), (0, 0.5)] {
+        let at = number(index);
+        let change = |bytes: &mut Vec<u8>| bytes[at..at + 8].copy_from_slice(&f64::to_le_bytes(value));
+        refused(forged(&bytes, change), "its numbers are those of no state of this run");
+    }
+    let pending = bytes.windows(12).position(|window| window == b"\"pending\":[0").unwrap();
+    refused(forged(&bytes, |bytes| bytes[pending + 11] = b'9'), "its head is that of no run of this deck");
+    fs::write(&path, &bytes).unwrap();
+    workshop.run_well("out", &["--resume"]);
+}
+
 /// Runs the deck until it is finished, killed with SIGKILL after each of the given times, and resumed when there is a
 /// checkpoint to resume from. The number of kills that met a run.
 fn killed_again_and_again(workshop: &Workshop, output: &str, mut waits: impl FnMut() -> Duration) -> u32 {
