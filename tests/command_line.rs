@@ -325,6 +325,15 @@ fn hourglass_control_is_chosen_where_there_is_one() {
     workshop.run("", &[&one_point[..], &stiff, &coefficient].concat()).assert(0, &[]);
     let part = &workshop.summary()["parts"][0];
     assert!(part["internal_energy"].is_number() && part["hourglass_energy"].is_number(), "{part}");
+    // a bend in two layers of elements that resist it with ten times the stiffness of their strain
+    let bent = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"x\", \"y\", \"z\"]\n\
+                [[traction]]\ngroup = \"x_max\"\ndirection = [0, 0, 1]\ncurve = [[0, 0], [\"20 ms\", \"1 MPa\"]]\n";
+    let tenfold = ["--set", "part.0.hourglass_coefficient=10.0"];
+    let said = workshop.run(bent, &[&one_point[..], &stiff, &tenfold].concat());
+    said.assert(0, &["warning: the hourglass control of part box has taken", "where up to 10 % is sound"]);
+    let said = workshop.run(bent, &one_point);
+    said.assert(0, &[]);
+    assert!(!said.errors.contains("hourglass"), "{}", said.errors);
 }
 
 #[test]

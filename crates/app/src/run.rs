@@ -125,6 +125,9 @@ fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Resu
     outcome
 }
 
+/// Work against hourglass control over internal energy, above which practice no longer takes it for a small correction.
+const MOST_HOURGLASS: f64 = 0.1;
+
 /// A run under way.
 struct Run<'a> {
     problem: Problem,
@@ -399,6 +402,18 @@ impl<'a> Run<'a> {
         summary.write(self.directory)?;
         let outcomes = &summary.expectations;
         self.console.say(&conclusion(&summary, self.directory));
+        for part in summary.parts.iter().filter(|part| part.hourglass_energy > MOST_HOURGLASS * part.internal_energy) {
+            let warning = format!(
+                "warning: the hourglass control of part {} has taken {:.3e} J, {:.0} % of its internal energy, where up to {:.0} % \
+                 is sound: a finer mesh helps, or element = \"hex8-b-bar\"",
+                part.group,
+                part.hourglass_energy,
+                100.0 * part.hourglass_energy / part.internal_energy,
+                100.0 * MOST_HOURGLASS
+            );
+            tell(&format!("{warning}\n"));
+            self.console.note(&warning);
+        }
         if !outcomes.is_empty() {
             self.console.say(&expectations::table(outcomes));
         }

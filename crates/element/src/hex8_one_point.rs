@@ -17,7 +17,7 @@ use crate::element::{Element, ElementHistory, ElementStep};
 use crate::hex8::{HexMotion, HexUpdate, Modes, corner_values, eightfold_modes};
 use crate::stable_time_step::{ElasticBounds, Metrics};
 use estar_material::{IsotropicElasticity, Material, Motion, PointState, StepKinematics};
-use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array};
+use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, prefetch};
 
 /// Hourglass modes.
 const HOURGLASS: usize = 4;
@@ -257,10 +257,13 @@ impl Element for HourglassControl {
         self,
         material: &M,
         history: &mut Self::History<R, M::State<R>>,
-        _upcoming: Option<&Self::History<R, M::State<R>>>,
+        upcoming: Option<&Self::History<R, M::State<R>>>,
         motion: &HexMotion<R>,
         step: &ElementStep,
     ) -> HexUpdate<R> {
+        if let Some(upcoming) = upcoming {
+            prefetch(upcoming);
+        }
         let elasticity = material.elasticity();
         let zero = R::splat(0.0);
         let reference = coefficients(&motion.reference);
