@@ -207,7 +207,8 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     let bytes = fs::read(&path).unwrap();
     let damages: [(&str, Vec<u8>, &str); 3] = [
         ("checkpoint with a wrong byte", [&bytes[..400], b"?", &bytes[401..]].concat(), "checksum"),
-        ("checkpoint that is cut short", bytes[..bytes.len() / 2].to_vec(), "is damaged"),
+        // its length differs from run to run with the digits of the wall time, and so would the message for half of it
+        ("checkpoint of which only the beginning is there", bytes[..20].to_vec(), "is no checkpoint"),
         ("checkpoint of another layout", [&bytes[..8], &9_u32.to_le_bytes(), &bytes[12..]].concat(), "layout 9"),
     ];
     for (what, damaged, reason) in damages {
