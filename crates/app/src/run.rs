@@ -15,7 +15,7 @@ use crate::progress::{EarlierLegs, Progress};
 use crate::setup::{self, Problem};
 use crate::signals;
 use crate::snapshot::Snapshot;
-use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, Summary, state_hash};
+use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, PartSummary, Summary, state_hash};
 use crate::trouble;
 use estar_solver::{LaneLevel, Simulation, SimulationError};
 use std::fmt::Write;
@@ -127,6 +127,8 @@ fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Resu
 
 /// Work against hourglass control over internal energy, above which practice no longer takes it for a small correction.
 const MOST_HOURGLASS: f64 = 0.1;
+/// Such work, as a share of the energy in play, is too little to speak of.
+const HOURGLASS_OF_NO_ACCOUNT: f64 = 1e-6;
 
 /// A run under way.
 struct Run<'a> {
@@ -402,7 +404,11 @@ impl<'a> Run<'a> {
         summary.write(self.directory)?;
         let outcomes = &summary.expectations;
         self.console.say(&conclusion(&summary, self.directory));
-        for part in summary.parts.iter().filter(|part| part.hourglass_energy > MOST_HOURGLASS * part.internal_energy) {
+        let in_play = self.simulation.energies().in_play;
+        let is_much = |part: &&PartSummary| {
+            part.hourglass_energy > (MOST_HOURGLASS * part.internal_energy).max(HOURGLASS_OF_NO_ACCOUNT * in_play)
+        };
+        for part in summary.parts.iter().filter(is_much) {
             let warning = format!(
                 "warning: the hourglass control of part {} has taken {:.3e} J, {:.0} % of its internal energy, where up to {:.0} % \
                  is sound: a finer mesh helps, or element = \"hex8-b-bar\"",
