@@ -31,12 +31,12 @@ pub enum HourglassControl {
     /// stress, without the shear that they do not have (after Belytschko & Bindeman 1993); where the point yields, the hourglass
     /// stress returns by the factor of the point's deviator. Nothing is to be chosen.
     Physical,
-    /// Stiffness, as a share of that of the element's stiffest uniform strain (Flanagan & Belytschko 1981).
+    /// Stiffness, as a share of that of the element's stiffest uniform strain (after Flanagan & Belytschko 1981).
     Stiffness {
         /// The share.
         coefficient: f64,
     },
-    /// Viscosity Q = 16 `coefficient` ρ c V^⅔ q̇ (Flanagan & Belytschko 1981 in the form of LS-DYNA's type 1).
+    /// Viscosity Q = 16 `coefficient` ρ c V^⅔ q̇ (after Flanagan & Belytschko 1981).
     Viscous {
         /// The coefficient.
         coefficient: f64,

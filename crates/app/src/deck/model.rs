@@ -60,7 +60,7 @@ pub enum Hourglass {
     Viscous,
 }
 
-/// Coefficients where the deck gives none: those that Flanagan & Belytschko and LS-DYNA recommend.
+/// Coefficients where the deck gives none: values in common use.
 const STIFFNESS_COEFFICIENT: f64 = 0.05;
 const VISCOUS_COEFFICIENT: f64 = 0.1;
 
