@@ -181,6 +181,17 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     input.answer("elements without a material", DECK, half.as_bytes(), &[], 2, "elements 7, 8");
     let wall = "[[rigid_wall]]\npoint = [0.5, 0, 0]\nnormal = [1, 0, 0]\n";
     input.addition("body behind a wall", wall, &[], 2, "this wall");
+    let ball = "[[rigid_wall]]\nshape = \"sphere\"\ncentre = [0.5, 0.5, 1.1]\nradius = 0.2\n";
+    input.addition("body inside of a tool", ball, &[], 2, "the body is outside of the tool");
+    let force = "[[probe]]\nname = \"force\"\nkind = \"contact-force\"\nwall = \"anvil\"\ndirection = \"z\"\n";
+    input.addition("force of a wall that is not there", force, &[], 2, "no rigid wall `anvil`");
+    let heavy = "time.mass_scaling={ target_time_step = 1e-3 }";
+    input.addition("more added mass than allowed", "", &["--set", heavy], 2, "stays within the limit");
+    let slow = "time.quasi_static={ transits = 1e6 }";
+    input.addition("process that is not slow", "", &["--set", slow], 2, "too fast");
+    let twice = "time.mass_damping=1.0";
+    let settings = &["--set", "time.quasi_static={ transits = 1.0 }", "--set", twice];
+    input.addition("damping that is chosen twice", "", settings, 2, "chooses the damping itself");
     input.addition("threads that no machine has", "", &["--threads", "100000"], 2, "4096");
 
     input.section("Run");
@@ -190,6 +201,8 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     let torn = crush.replace("-3", "1e300");
     input.addition("values that are not finite", &torn, &["--set", "time.energy_error_limit=1e300"], 3, "step 1");
     input.addition("energy that does not balance", crush, &["--set", "time.energy_error_limit=1e-3"], 3, "energy");
+    let heavy = "time.mass_scaling={ factor = 4.0 }";
+    input.addition("too much energy in added mass", "", &["--set", heavy], 3, "kinetic_limit");
     input.addition("too many steps", "", &["--set", "time.max_steps=3"], 3, "max_steps");
 
     input.section("Output and checkpoints");

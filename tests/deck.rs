@@ -3,6 +3,7 @@
 use estar::deck::{self, Reading};
 use estar::diagnostics::Diagnostics;
 use estar::output::output_plan;
+use estar_solver::model::WallShape;
 use std::path::Path;
 
 const GOOD: &str = r#"
@@ -80,9 +81,70 @@ fn good_deck_is_read_in_si_units() {
     let deck = reading.deck.unwrap();
     assert_eq!(deck.time.end.value, 80e-6);
     assert_eq!(deck.initial_velocity[0].value.unwrap().value, [0.0, 0.0, -227.0]);
-    assert_eq!(deck.rigid_wall[0].normal.0, [0.0, 0.0, 1.0]);
+    let plane = WallShape::Plane { point: [0.0; 3], normal: [0.0, 0.0, 1.0] };
+    assert_eq!(deck.rigid_wall[0].surface.shape(), plane);
     assert_eq!(deck.expect[0].value.value.0.value, 21.42e-3);
     assert_eq!(deck.material.0[0].1.elasticity().density(), 8930.0);
+}
+
+#[test]
+fn a_tool_has_a_shape_a_roughness_and_a_motion() {
+    let tool = |keys: &str| read(&GOOD.replacen("normal = [0.0, 0.0, 2.0]", keys, 1));
+    let of = |keys: &str| {
+        let reading = tool(keys);
+        let told = reading.decoder.diagnostics.render(&reading.sources, false);
+        (reading.deck.map(|deck| deck.rigid_wall[0].clone()), told)
+    };
+    let roller =
+        "shape = \"cylinder\"\naxis = [0, 3, 0]\nradius = \"5 mm\"\nfriction = \"sticking\"\nname = \"roller\"\n";
+    let motion = "motion = { direction = [0, 0, -2], quantity = \"velocity\", curve = [[0, \"1 m/s\"]] }";
+    let (wall, told) = of(&format!("{roller}{motion}"));
+    assert_eq!(told, "");
+    let wall = wall.unwrap();
+    assert_eq!(wall.surface.shape(), WallShape::Cylinder { point: [0.0; 3], axis: [0.0, 1.0, 0.0], radius: 5e-3 });
+    assert_eq!(wall.friction.0, f64::INFINITY);
+    assert_eq!(wall.motion.unwrap().direction.0, [0.0, 0.0, -1.0]);
+
+    let faults = [
+        ("normal = [0, 0, 1]\nradius = 1.0", "belongs to"),
+        ("shape = \"cone\"", "the choices are"),
+        ("shape = \"cylinder\"\naxis = [0, 0, 1]", "lacks `radius`"),
+        ("shape = \"cylinder\"\naxis = [0, 0, 0]\nradius = 1.0", "axis"),
+        ("shape = \"cylinder\"\naxis = [0, 0, 1]\nradius = 0.0", "must be greater than 0"),
+        ("normal = [0, 0, 1]\nfriction = -0.1", "friction"),
+        ("normal = [0, 0, 1]\nfriction = \"stuck\"", "friction"),
+        ("normal = [0, 0, 1]\nmotion = { direction = [0, 0, 1] }", "lacks `quantity`"),
+    ];
+    for (keys, part) in faults {
+        let (wall, told) = of(keys);
+        assert!(wall.is_none(), "{keys}");
+        assert_told(&told, &[part]);
+    }
+}
+
+#[test]
+fn probes_of_contact_name_a_wall_that_is_there() {
+    let probe = |name: &str| {
+        let named = GOOD.replacen("[[rigid_wall]]", "[[rigid_wall]]\nname = \"anvil\"", 1);
+        told(&format!(
+            "{named}\n[[probe]]\nname = \"force\"\nkind = \"contact-force\"\nwall = \"{name}\"\ndirection = \"z\"\n"
+        ))
+    };
+    assert_eq!(probe("anvil"), "");
+    assert_told(&probe("anvill"), &["there is no rigid wall `anvill`", "did you mean \"anvil\"?"]);
+}
+
+#[test]
+fn mass_scaling_and_damping_have_their_bounds() {
+    let time = |keys: &str| told_after("end = \"80 us\"", &format!("end = \"80 us\"\n{keys}"));
+    assert_eq!(time("mass_scaling = { target_time_step = \"1e-8 s\", limit = 0.05 }"), "");
+    assert_eq!(time("quasi_static = {}\nmass_damping = 0.0"), "");
+    assert_told(&time("mass_scaling = { factor = 0.5 }"), &["must be 1 or greater"]);
+    assert_told(&time("mass_scaling = { target_time_step = 0.0 }"), &["greater than 0"]);
+    assert_told(&time("mass_scaling = { target_time_steps = 1e-8 }"), &["did you mean `target_time_step`?"]);
+    assert_told(&time("mass_damping = -1.0"), &["mass_damping"]);
+    assert_told(&time("quasi_static = { transits = 0 }"), &["greater than 0"]);
+    assert_told(&time("quasi_static = { damping = 2.0 }"), &["damping"]);
 }
 
 #[test]

@@ -30,30 +30,71 @@ pub const COLUMNS: [&str; 18] = [
     "controlling_element",
 ];
 
-/// Those that follow where a material has a temperature.
-pub const THERMAL_COLUMNS: [&str; 2] = ["heat", "max_temperature"];
+/// Columns that only some problems have; they follow those, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Extra {
+    /// Where a material has a temperature.
+    Thermal,
+    /// Where elements can be deleted.
+    Deletion,
+    /// Where walls are rough.
+    Friction,
+    /// Where vibration is damped.
+    Damping,
+    /// Where the process is quasi-static.
+    QuasiStatic,
+}
 
-/// Those that follow where elements can be deleted.
-pub const DELETION_COLUMNS: [&str; 2] = ["deleted_energy", "deleted_elements"];
+impl Extra {
+    const ALL: [Self; 5] = [Self::Thermal, Self::Deletion, Self::Friction, Self::Damping, Self::QuasiStatic];
+
+    fn columns(self) -> &'static [&'static str] {
+        match self {
+            Self::Thermal => &["heat", "max_temperature"],
+            Self::Deletion => &["deleted_energy", "deleted_elements"],
+            Self::Friction => &["friction_energy"],
+            Self::Damping => &["damping_energy"],
+            Self::QuasiStatic => &["kinetic_over_internal"],
+        }
+    }
+
+    fn is_of(self, problem: &Problem) -> bool {
+        let model = &problem.model;
+        match self {
+            Self::Thermal => model.parts.iter().any(|part| part.material.has_temperature()),
+            Self::Deletion => model.settings.on_inversion == OnInversion::Delete,
+            Self::Friction => model.walls.iter().any(|wall| wall.friction > 0.0),
+            Self::Damping => model.settings.mass_damping > 0.0,
+            Self::QuasiStatic => problem.quasi_static.is_some(),
+        }
+    }
+}
+
+/// Whether a probe cannot have this name, because a column can.
+pub fn is_column(name: &str) -> bool {
+    COLUMNS.iter().chain(Extra::ALL.iter().flat_map(|extra| extra.columns())).any(|column| *column == name)
+}
 
 /// The growing file.
 #[derive(Debug)]
 pub struct History {
     path: PathBuf,
+    extras: Vec<Extra>,
     writer: HistoryWriter,
     row_count: u64,
 }
 
 const FILE: &str = "history.csv";
 
+fn extras(problem: &Problem) -> Vec<Extra> {
+    Extra::ALL.into_iter().filter(|extra| extra.is_of(problem)).collect()
+}
+
 /// The columns of the history of a problem.
-fn columns(problem: &Problem) -> Vec<&str> {
-    let has_temperature = problem.model.parts.iter().any(|part| part.material.has_temperature());
-    let thermal = THERMAL_COLUMNS.into_iter().filter(|_| has_temperature);
-    let deletes = problem.model.settings.on_inversion == OnInversion::Delete;
-    let deletion = DELETION_COLUMNS.into_iter().filter(|_| deletes);
+fn columns<'a>(problem: &'a Problem, extras: &[Extra]) -> Vec<&'a str> {
+    let extras = extras.iter().flat_map(|extra| extra.columns()).copied();
     let probes = problem.probes.iter().map(|probe| probe.name.as_str());
-    COLUMNS.into_iter().chain(thermal).chain(deletion).chain(probes).collect()
+    COLUMNS.into_iter().chain(extras).chain(probes).collect()
 }
 
 impl History {
@@ -63,8 +104,9 @@ impl History {
     /// It cannot be written.
     pub fn create(directory: &Path, problem: &Problem) -> Result<Self, Failure> {
         let path = directory.join(FILE);
-        let writer = HistoryWriter::create(&path, &columns(problem)).map_err(Failure::writing(&path))?;
-        Ok(Self { path, writer, row_count: 0 })
+        let extras = extras(problem);
+        let writer = HistoryWriter::create(&path, &columns(problem, &extras)).map_err(Failure::writing(&path))?;
+        Ok(Self { path, extras, writer, row_count: 0 })
     }
 
     /// Goes on with the file after its first rows; later ones are dropped.
@@ -73,10 +115,11 @@ impl History {
     /// It cannot be read or written, or has not so many rows.
     pub fn resume(directory: &Path, problem: &Problem, row_count: u64) -> Result<Self, Failure> {
         let path = directory.join(FILE);
-        let writer = HistoryWriter::resume(&path, &columns(problem), row_count).map_err(|error| {
+        let extras = extras(problem);
+        let writer = HistoryWriter::resume(&path, &columns(problem, &extras), row_count).map_err(|error| {
             Failure::File(format!("error: the run cannot go on: {}: {error}{}", path.display(), checkpoint::START_OVER))
         })?;
-        Ok(Self { writer, path, row_count })
+        Ok(Self { path, extras, writer, row_count })
     }
 
     /// Rows so far.
@@ -113,8 +156,7 @@ impl History {
             Value::Real(energies.hourglass),
             Value::Real(energies.external_work()),
             Value::Real(energies.contact),
-            // no mass is scaled: that row of the ledger is empty
-            Value::Real(0.0),
+            Value::Real(energies.mass_scaling),
             Value::Real(energies.error()),
             Value::Real(x),
             Value::Real(y),
@@ -123,11 +165,18 @@ impl History {
             Value::Real(extremes.min_jacobian),
             Value::Integer(label),
         ];
-        if let Some(temperature) = extremes.max_temperature {
-            row.extend([Value::Real(energies.heat), Value::Real(temperature)]);
-        }
-        if simulation.deletes() {
-            row.extend([Value::Real(energies.deleted), Value::Integer(simulation.deleted_count())]);
+        for extra in &self.extras {
+            match extra {
+                Extra::Thermal => {
+                    row.extend([Value::Real(energies.heat), Value::Real(extremes.max_temperature.unwrap_or(f64::NAN))])
+                }
+                Extra::Deletion => {
+                    row.extend([Value::Real(energies.deleted), Value::Integer(simulation.deleted_count())]);
+                }
+                Extra::Friction => row.push(Value::Real(energies.friction)),
+                Extra::Damping => row.push(Value::Real(energies.damping)),
+                Extra::QuasiStatic => row.push(Value::Real(energies.kinetic_over_internal())),
+            }
         }
         row.extend(probes.iter().map(|value| Value::Real(*value)));
         self.writer.write_row(&row).map_err(Failure::writing(&self.path))?;

@@ -94,15 +94,18 @@ impl Approach {
 
     /// How close each part came, and its energies.
     pub fn summary(&self, problem: &Problem, simulation: &Simulation) -> Vec<PartSummary> {
-        let summary = |((closest, part), energies): ((&Closest, &PartDescription), [f64; 2])| PartSummary {
-            group: part.group.clone(),
-            internal_energy: energies[0],
-            hourglass_energy: energies[1],
-            smallest_jacobian: f64::from(closest.jacobian),
-            element: problem.mesh.hex_labels()[closest.hex as usize].0,
-            time: f64::from(closest.time),
-        };
-        self.parts.iter().zip(&problem.parts).zip(simulation.part_energies()).map(summary).collect()
+        let summary =
+            |(((closest, part), energies), added_mass): (((&Closest, &PartDescription), [f64; 2]), &f64)| PartSummary {
+                group: part.group.clone(),
+                internal_energy: energies[0],
+                hourglass_energy: energies[1],
+                added_mass: *added_mass,
+                smallest_jacobian: f64::from(closest.jacobian),
+                element: problem.mesh.hex_labels()[closest.hex as usize].0,
+                time: f64::from(closest.time),
+            };
+        let parts = self.parts.iter().zip(&problem.parts).zip(simulation.part_energies());
+        parts.zip(simulation.added_mass()).map(summary).collect()
     }
 }
 

@@ -26,6 +26,7 @@ pub mod plot;
 pub mod point;
 pub mod probes;
 pub mod progress;
+pub mod quasi_static;
 pub mod run;
 pub mod setup;
 pub mod signals;

@@ -2,6 +2,7 @@
 
 use crate::deck::Deck;
 use crate::deck::decoder::At;
+use crate::deck::model::RigidWallTable;
 use crate::deck::probe::{ProbeKind, ProbeTable};
 use crate::deck::units::Dimension;
 use crate::diagnostics::{Diagnostic, Diagnostics, Span, listed};
@@ -27,6 +28,7 @@ enum What {
     Extent { nodes: Vec<u32>, axis: usize },
     MaxRadius { nodes: Vec<u32>, axis: usize, centre: [f64; 3] },
     Reaction { nodes: Vec<u32>, direction: Direction },
+    ContactForce { wall: usize, direction: Direction },
     Mean { field: ProbeField, component: Option<Component>, weights: Vec<(u32, f64)> },
     Maximum { field: ProbeField, component: Option<Component>, members: Vec<u32> },
 }
@@ -48,6 +50,7 @@ impl Probe {
                 nodes.iter().map(radius).fold(0.0, f64::max)
             }
             What::Reaction { nodes, direction } => snapshot.reaction(nodes, *direction),
+            What::ContactForce { wall, direction } => snapshot.simulation.wall_force(*wall)[index(*direction)],
             What::Mean { field, component, weights } => {
                 let sum = |term: &dyn Fn(&(u32, f64)) -> f64| weights.iter().map(term).sum::<f64>();
                 sum(&|(index, weight)| weight * snapshot.value(*field, *component, *index))
@@ -66,11 +69,11 @@ pub fn resolve(deck: &Deck, mesh: &Mesh, parts: &[Part], diagnostics: &mut Diagn
     let mut probes = Vec::new();
     for table in &deck.probe {
         let name = &table.name.0;
-        if history::COLUMNS.iter().chain(&history::THERMAL_COLUMNS).any(|column| *column == name.value) {
+        if history::is_column(&name.value) {
             let message = format!("the probe `{}` has the name of a column that history.csv has anyway", name.value);
             diagnostics.push(Diagnostic::error(message).at(name.span, "this name").help("any other name would do"));
         }
-        if let Some(what) = (Resolver { mesh, parts, diagnostics }).what(table) {
+        if let Some(what) = (Resolver { deck, mesh, parts, diagnostics }).what(table) {
             probes.push(Probe { name: name.value.clone(), dimension: table.kind.dimension(), what });
         }
     }
@@ -78,6 +81,7 @@ pub fn resolve(deck: &Deck, mesh: &Mesh, parts: &[Part], diagnostics: &mut Diagn
 }
 
 struct Resolver<'a> {
+    deck: &'a Deck,
     mesh: &'a Mesh,
     parts: &'a [Part],
     diagnostics: &'a mut Diagnostics,
@@ -95,6 +99,12 @@ impl Resolver<'_> {
             }
             ProbeKind::Reaction { group, direction } => {
                 Some(What::Reaction { nodes: nodes(&group.name.value)?, direction: *direction })
+            }
+            ProbeKind::ContactForce { wall, direction } => {
+                let is_meant =
+                    |table: &RigidWallTable| table.name.as_ref().is_some_and(|name| name.0.value == wall.0.value);
+                let wall = self.deck.rigid_wall.iter().position(is_meant)?;
+                Some(What::ContactForce { wall, direction: *direction })
             }
             ProbeKind::Node { label, group, field, component } => {
                 let node = match (label, group) {

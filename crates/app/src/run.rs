@@ -12,10 +12,13 @@ use crate::inversion::{self, Approach, Neighbourhood};
 use crate::lock::Lock;
 use crate::output::{Schedule, clear_directory, default_directory, make_directory};
 use crate::progress::{EarlierLegs, Progress};
+use crate::quasi_static::MOST_KINETIC;
 use crate::setup::{self, Problem};
 use crate::signals;
 use crate::snapshot::Snapshot;
-use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, PartSummary, Summary, state_hash};
+use crate::summary::{
+    EnergySummary, ExtremeSummary, MeshSummary, PartSummary, QuasiStaticSummary, Summary, state_hash,
+};
 use crate::trouble;
 use estar_solver::{LaneLevel, Simulation, SimulationError};
 use std::fmt::Write;
@@ -420,6 +423,18 @@ impl<'a> Run<'a> {
             tell(&format!("{warning}\n"));
             self.console.note(&warning);
         }
+        if let Some(share) = summary.quasi_static.as_ref().map(|summary| summary.largest_kinetic_over_internal)
+            && share > MOST_KINETIC
+        {
+            let warning = format!(
+                "warning: the kinetic energy was up to {:.1} % of the internal energy, where up to {:.0} % is taken for quasi-static: \
+                 more `transits` in [time] quasi_static make the process slower",
+                100.0 * share,
+                100.0 * MOST_KINETIC
+            );
+            tell(&format!("{warning}\n"));
+            self.console.note(&warning);
+        }
         if !outcomes.is_empty() {
             self.console.say(&expectations::table(outcomes));
         }
@@ -509,7 +524,6 @@ impl<'a> Run<'a> {
         let wall_seconds = self.progress.wall_seconds();
         let element_steps = simulation.step() as f64 * simulation.hex_count() as f64;
         let outcomes: Vec<Outcome> = self.outcomes.iter().flatten().cloned().collect();
-        let load_names: Vec<String> = problem.model.loads.iter().map(|load| load.name.clone()).collect();
         Summary {
             version: env!("CARGO_PKG_VERSION"),
             title: problem.title.clone(),
@@ -533,10 +547,16 @@ impl<'a> Run<'a> {
             threads,
             lanes: lanes.name(),
             frames,
-            energies: EnergySummary::new(simulation, &load_names),
+            energies: EnergySummary::new(simulation, problem),
             energy_error: simulation.energies().error(),
             momentum: simulation.momentum(),
             deleted_elements: simulation.deleted_count(),
+            quasi_static: problem.quasi_static.map(|chosen| QuasiStaticSummary {
+                mass_factor: chosen.mass_factor,
+                mass_damping: chosen.mass_damping,
+                transits: chosen.transits,
+                largest_kinetic_over_internal: simulation.energies().kinetic_share,
+            }),
             parts: self.approach.summary(problem, simulation),
             extremes: ExtremeSummary::new(&snapshot),
             probes: problem.probes.iter().map(|probe| (probe.name.clone(), probe.value(&snapshot))).collect(),
@@ -593,6 +613,17 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
             description.mass
         );
     }
+    if let Some(chosen) = &problem.quasi_static {
+        let _ = write!(
+            text,
+            "\n  process    quasi-static: {} passes of a wave, {:.4e} times the mass, damping {:.4e} 1/s",
+            chosen.transits, chosen.mass_factor, chosen.mass_damping
+        );
+    }
+    let added: f64 = simulation.added_mass().iter().sum();
+    if added > 0.0 {
+        let _ = write!(text, "\n  scaling    {added:.6e} kg added by mass scaling");
+    }
     let _ = write!(
         text,
         "\n  mass       {:.6e} kg\n  time       {:.6e} s, first step {:.4e} s, about {} steps if it stays so",
@@ -629,12 +660,19 @@ fn conclusion(summary: &Summary, directory: &Path) -> String {
         ("hourglass control", energies.hourglass_energy),
         ("external work", energies.external_work),
         ("contact", energies.contact_energy),
+        ("of it by friction", energies.friction_energy),
+        ("damping", energies.damping_energy),
+        ("motion of added mass", energies.mass_scaling_energy),
     ];
     // nobody wants to read -0: x + 0 is 0 for both zeros
     for (name, value) in rows.map(|(name, value)| (name, value + 0.0)) {
         let _ = writeln!(text, "  {name:<20} {value:>14.6e} J");
     }
     let _ = writeln!(text, "  {:<20} {:>14.4} %", "energy error", 100.0 * summary.energy_error);
+    if let Some(quasi_static) = &summary.quasi_static {
+        let share = 100.0 * quasi_static.largest_kinetic_over_internal;
+        let _ = writeln!(text, "  {:<20} {share:>14.4} % at most", "kinetic / internal");
+    }
     for (name, value) in &summary.probes {
         let _ = writeln!(text, "  {name:<20} {value:>14.6e}");
     }

@@ -2,6 +2,7 @@
 
 use crate::constraints;
 use crate::deck::decoder::{At, Decoder, GroupMention};
+use crate::deck::model::{RigidWallTable, WallSurface};
 use crate::deck::source::{TextError, read_text};
 use crate::deck::{self, Deck, Reading};
 use crate::diagnostics::{Diagnostic, Diagnostics, Findings, listed, nearest};
@@ -11,16 +12,17 @@ use crate::fields::Field;
 use crate::memory;
 use crate::output::{OutputPlan, output_plan};
 use crate::probes::{self, Probe};
+use crate::quasi_static::QuasiStatic;
 use crate::summary::hex;
 use crate::trouble;
 use estar_io::MeshFile;
 use estar_mesh::quality::{QualityReport, QualitySummary, volume};
 use estar_mesh::{Group, Mesh, locality_order};
 use estar_solver::model::{
-    BulkViscosity, Fix, Formulation, InitialVelocity, Load, LoadKind, Model, Part, Prescribed, RigidWall, Spin,
-    TimeSettings,
+    BulkViscosity, Fix, Formulation, InitialVelocity, Load, LoadKind, MassScaling, Model, Part, Prescribed, RigidWall,
+    Spin, TimeSettings, WallMotion,
 };
-use estar_solver::{LaneLevel, Simulation};
+use estar_solver::{Interpolation, LaneLevel, Simulation};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -44,8 +46,12 @@ pub struct Problem {
     pub quality: QualitySummary,
     /// What the solver is given.
     pub model: Model,
+    /// What was chosen for a quasi-static process.
+    pub quasi_static: Option<QuasiStatic>,
     /// What each part is called and made of.
     pub parts: Vec<PartDescription>,
+    /// What the rigid walls are called.
+    pub wall_names: Vec<String>,
     /// What is followed.
     pub probes: Vec<Probe>,
     /// What the probes must give.
@@ -131,7 +137,12 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     check_groups(&mesh, &groups, diagnostics);
     let Some(deck) = deck.filter(|_| !diagnostics.has_errors()) else { return fault(findings, false) };
 
-    let model = model(&deck, &mesh, diagnostics);
+    let mut model = model(&deck, &mesh, diagnostics);
+    let quasi_static = QuasiStatic::of(&deck, &mesh, &model.parts, diagnostics);
+    if let Some(chosen) = &quasi_static {
+        model.settings.mass_damping = chosen.mass_damping;
+        model.settings.mass_scaling.get_or_insert(UNSCALED).factor = chosen.mass_factor;
+    }
     constraints::check(&deck, &mesh, diagnostics);
     let probes = probes::resolve(&deck, &mesh, &model.parts, diagnostics);
     let expectations = expectations::resolve(&deck, diagnostics);
@@ -142,6 +153,7 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     }
     Ok(Problem {
         parts: describe_parts(&deck, &mesh),
+        wall_names: wall_names(&deck),
         title: deck.title,
         deck_path: deck_path.to_owned(),
         deck_hash: deck_hash(&text, &texts, overrides),
@@ -150,6 +162,7 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
         quality,
         mesh,
         model,
+        quasi_static,
         probes,
         expectations,
         output,
@@ -260,6 +273,14 @@ fn check_temperature(deck: &Deck, parts: &[Part], diagnostics: &mut Diagnostics)
     }
 }
 
+/// Mass scaling that does nothing yet; of a quasi-static process the kinetic energy is reported, not limited.
+const UNSCALED: MassScaling = MassScaling { factor: 1.0, target_time_step: 0.0, limit: 0.0, kinetic_limit: f64::MAX };
+
+/// How a curve runs between its points: smoothly in a quasi-static process.
+fn interpolation(deck: &Deck, of_curve: Interpolation) -> Interpolation {
+    if deck.time.quasi_static.is_some() { Interpolation::Smooth } else { of_curve }
+}
+
 /// What the solver is given.
 fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
     let nodes = |name: &str| mesh.group(name).map_or_else(Vec::new, |group| group.nodes.clone());
@@ -281,7 +302,7 @@ fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
                     nodes: nodes(&entry.group.name.value),
                     direction: entry.direction.value,
                     quantity: entry.motion.quantity(),
-                    curve: entry.motion.curve(entry.interpolation)?,
+                    curve: entry.motion.curve(interpolation(deck, entry.interpolation))?,
                 })
             })
             .collect(),
@@ -299,6 +320,13 @@ fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
             on_inversion: deck.time.on_inversion,
             max_steps: deck.time.max_steps.map(|count| count.0),
             min_time_step: deck.time.min_time_step.map(|step| step.value),
+            mass_scaling: deck.time.mass_scaling.as_ref().map(|scaling| MassScaling {
+                factor: scaling.factor.value.value,
+                target_time_step: scaling.target_time_step.map_or(0.0, |step| step.value),
+                limit: scaling.limit.value,
+                kinetic_limit: scaling.kinetic_limit.value,
+            }),
+            mass_damping: deck.time.mass_damping.value,
         },
     }
 }
@@ -403,13 +431,13 @@ fn loads(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Load> {
     };
     for entry in &deck.pressure {
         let group = &entry.group.name;
-        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(entry.interpolation)) {
+        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(interpolation(deck, entry.interpolation))) {
             push(format!("pressure on {}", group.value), LoadKind::Pressure { faces, curve });
         }
     }
     for entry in &deck.traction {
         let group = &entry.group.name;
-        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(entry.interpolation)) {
+        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(interpolation(deck, entry.interpolation))) {
             let direction = entry.direction.0;
             push(format!("traction on {}", group.value), LoadKind::Traction { faces, direction, curve });
         }
@@ -425,20 +453,36 @@ fn walls(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<RigidWa
     let size = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
     let mut walls = Vec::new();
     for entry in &deck.rigid_wall {
-        let wall = RigidWall { point: entry.point.value, normal: entry.normal.0, friction: entry.friction.value };
-        let height = |position: &[f64; 3]| -> f64 {
-            (0..3).map(|axis| (position[axis] - wall.point[axis]) * wall.normal[axis]).sum()
-        };
-        let behind: Vec<f64> = mesh.coordinates().iter().map(height).filter(|h| *h < -1e-9 * size).collect();
+        let motion = entry.motion.as_ref().and_then(|motion| {
+            let curve = motion.motion.curve(interpolation(deck, motion.interpolation))?;
+            Some(WallMotion { direction: motion.direction.0, quantity: motion.motion.quantity(), curve })
+        });
+        let wall = RigidWall { shape: entry.surface.shape(), friction: entry.friction.0, motion };
+        let gaps = mesh.coordinates().iter().map(|position| wall.gap(position, 0.0));
+        let behind: Vec<f64> = gaps.filter(|gap| *gap < -1e-9 * size).collect();
         if !behind.is_empty() {
             let depth = -behind.iter().copied().fold(0.0, f64::min);
             let message = format!("{} nodes lie behind the wall at time 0, up to {depth:.3e} m deep", behind.len());
-            let diagnostic = Diagnostic::error(message).at(entry.span, "this wall");
-            diagnostics.push(diagnostic.help("`normal` points into the body's side; or move `point`"));
+            let help = match entry.surface {
+                WallSurface::Plane { .. } => "`normal` points into the body's side; or move `point`",
+                WallSurface::Cylinder { .. } | WallSurface::Sphere { .. } => {
+                    "the body is outside of the tool: move the tool, or make it smaller"
+                }
+            };
+            diagnostics.push(Diagnostic::error(message).at(entry.span, "this wall").help(help));
         }
         walls.push(wall);
     }
     walls
+}
+
+/// Names of the rigid walls: their own, or their place in the deck.
+fn wall_names(deck: &Deck) -> Vec<String> {
+    let name = |(index, wall): (usize, &RigidWallTable)| match &wall.name {
+        Some(name) => name.0.value.clone(),
+        None => format!("rigid wall {}", index + 1),
+    };
+    deck.rigid_wall.iter().enumerate().map(name).collect()
 }
 
 fn describe_parts(deck: &Deck, mesh: &Mesh) -> Vec<PartDescription> {

@@ -58,6 +58,9 @@ pub struct Summary {
     pub extremes: ExtremeSummary,
     /// Elements that have been deleted.
     pub deleted_elements: u64,
+    /// Of a quasi-static process, what was chosen for it and what came of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quasi_static: Option<QuasiStaticSummary>,
     /// By the number of the part in the deck, from 1: its group, and the smallest Jacobian of the run with its element.
     pub parts: Vec<PartSummary>,
     /// Value of every probe at the end, SI.
@@ -105,9 +108,28 @@ pub struct EnergySummary {
     /// By name of the load.
     pub load_work: BTreeMap<String, f64>,
     pub prescribed_work: f64,
+    /// By name of the rigid wall, of those that move.
+    pub wall_work: BTreeMap<String, f64>,
     pub contact_energy: f64,
+    /// The part of it that friction has taken.
+    pub friction_energy: f64,
+    pub damping_energy: f64,
+    /// The part of the kinetic energy that is of added mass.
     pub mass_scaling_energy: f64,
     pub step_change_energy: f64,
+}
+
+/// What was chosen for a quasi-static process, and what came of it.
+#[derive(Debug, Serialize)]
+pub struct QuasiStaticSummary {
+    /// Factor on the mass of every element.
+    pub mass_factor: f64,
+    /// α of the damping −α m v, 1/s.
+    pub mass_damping: f64,
+    /// Passes of a wave through the body.
+    pub transits: f64,
+    /// Largest kinetic over internal energy since a tenth of the time.
+    pub largest_kinetic_over_internal: f64,
 }
 
 /// What was seen of a part.
@@ -119,6 +141,8 @@ pub struct PartSummary {
     pub internal_energy: f64,
     /// Work against their hourglass control, J.
     pub hourglass_energy: f64,
+    /// Mass that mass scaling has added, kg.
+    pub added_mass: f64,
     /// The smallest Jacobian, det F, that one of its elements had in any step.
     pub smallest_jacobian: f64,
     /// The element.
@@ -154,8 +178,12 @@ impl MeshSummary {
 
 impl EnergySummary {
     /// The ledger of a simulation.
-    pub fn new(simulation: &Simulation, load_names: &[String]) -> Self {
+    pub fn new(simulation: &Simulation, problem: &Problem) -> Self {
         let energies = simulation.energies();
+        let load_names = problem.model.loads.iter().map(|load| load.name.clone());
+        let wall_names = problem.wall_names.iter().cloned();
+        let of_walls = wall_names.zip(energies.wall_work.iter().copied());
+        let moving = of_walls.zip(&problem.model.walls).filter(|(_, wall)| wall.motion.is_some());
         Self {
             initial_kinetic_energy: energies.initial_kinetic,
             kinetic_energy: energies.kinetic,
@@ -166,10 +194,13 @@ impl EnergySummary {
             viscous_energy: energies.viscous,
             hourglass_energy: energies.hourglass,
             external_work: energies.external_work(),
-            load_work: load_names.iter().cloned().zip(energies.load_work.iter().copied()).collect(),
+            load_work: load_names.zip(energies.load_work.iter().copied()).collect(),
             prescribed_work: energies.constraint_work,
+            wall_work: moving.map(|(work, _)| work).collect(),
             contact_energy: energies.contact,
-            mass_scaling_energy: 0.0,
+            friction_energy: energies.friction,
+            damping_energy: energies.damping,
+            mass_scaling_energy: energies.mass_scaling,
             step_change_energy: energies.step_change,
         }
     }

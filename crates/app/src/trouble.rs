@@ -31,6 +31,16 @@ pub fn of_model(error: &ModelError, problem: &Problem) -> String {
         ModelError::NodeBehindWall { count, node, depth, .. } => {
             format!("{count} nodes begin behind a rigid wall, the deepest, node {}, by {depth:?} m", node_label(*node))
         }
+        ModelError::AddedMass { part, share, limit, count, attainable } => format!(
+            "`time.mass_scaling` would add {:.3} % to the mass of part {}, in {count} of its elements, over its `limit` of {:.3} %\n\
+             help: target_time_step = {attainable:.3e} stays within the limit; or a larger `limit`, or a mesh without such small \
+             elements (`estar check` names them)",
+            100.0 * share,
+            problem.parts[*part].group,
+            100.0 * limit,
+            // four digits of this are below it
+            attainable = attainable * (1.0 - 5e-4),
+        ),
         other => other.to_string(),
     };
     format!("error: {}: {message}", problem.deck_path.display())
@@ -96,6 +106,15 @@ pub fn of_simulation(
             format!("the end of {:.6e} s is not reached in [time] max_steps", simulation.end_time()),
             None,
             "a larger max_steps; `estar check` says how many steps to expect",
+        ),
+        SimulationError::AddedKineticEnergy { share, limit, .. } => (
+            format!(
+                "the kinetic energy of added mass is {:.2} % of the largest energy in play, over the limit of {:.2} %",
+                100.0 * share,
+                100.0 * limit
+            ),
+            None,
+            "less mass scaling, or a slower process; [time] mass_scaling.kinetic_limit sets the limit",
         ),
         SimulationError::EnergyError { error, .. } if error.is_nan() => (
             "the energy error is not a number".to_owned(),

@@ -2,7 +2,7 @@
 
 use crate::constraints::{Constraints, dot};
 use crate::error::SimulationError;
-use crate::model::RigidWall;
+use crate::rigid_wall::{MovingWall, NodeStep};
 use crate::simulation::Simulation;
 use crate::solid_block::{BlockReport, NodalMotion};
 use estar_element::element::ElementStep;
@@ -10,6 +10,10 @@ use rayon::prelude::*;
 
 /// Nodes that one thread takes at a time; sums over nodes are formed within such a chunk first.
 const CHUNK: usize = 1024;
+
+/// Share of the time from which kinetic energy is judged: at the beginning of a process that is driven all
+/// energy is kinetic.
+const JUDGED_FROM: f64 = 0.1;
 
 impl Simulation {
     /// Moves the body from t_n to t_{n+1}.
@@ -113,6 +117,9 @@ impl Simulation {
         let (step_old, step_new) = (self.time_step, self.next_time_step);
         let mean_step = 0.5 * (step_old + step_new);
         self.constraints.prepare(self.time + step_new);
+        for wall in &mut self.walls {
+            wall.prepare(self.time, step_old, step_new);
+        }
         for (load, power) in self.loads.iter().zip(&mut self.load_power) {
             *power = load.power(&self.nodes.velocity);
         }
@@ -120,7 +127,10 @@ impl Simulation {
         let nodes = &mut self.nodes;
         // where t_n lies between the half steps
         let share_old = 0.5 * step_old / mean_step;
-        let kick = Kick { mean_step, step_new, constraints: &self.constraints, walls: &self.walls };
+        // ½ α Δt̄ of the damping −α m ½ (v_{n−½} + v_{n+½})
+        let damping = 0.5 * self.settings.mass_damping * mean_step;
+        let kick = Kick { mean_step, step_new, damping, constraints: &self.constraints, walls: &self.walls };
+        let added_shares = &self.added_shares;
         let (row_lists, patch_forces) = (&self.row_lists, &self.patch_forces);
         let (reference, displacement, mass) = (self.mesh.coordinates(), &nodes.displacement, &nodes.mass);
         let external_force = &self.external_force;
@@ -130,10 +140,12 @@ impl Simulation {
             .zip(nodes.acceleration.par_chunks_mut(CHUNK))
             .zip(nodes.reaction.par_chunks_mut(CHUNK))
             .zip(self.node_sums.par_iter_mut())
+            .zip(self.wall_impulses.par_chunks_mut(self.walls.len().max(1)))
             .enumerate();
         let per_mean_step = mean_step.recip();
-        chunks.for_each(|(chunk, (((velocity, acceleration), reaction), sums))| {
+        chunks.for_each(|(chunk, ((((velocity, acceleration), reaction), sums), wall_impulses))| {
             *sums = NodeSums::default();
+            wall_impulses.fill([0.0; 3]);
             for local in 0..velocity.len() {
                 let node = chunk * CHUNK + local;
                 let mut force = row_lists.sum(patch_forces, node);
@@ -142,13 +154,20 @@ impl Simulation {
                 }
                 let velocity_old = velocity[local];
                 let place = Place { node, reference: &reference[node], displacement: &displacement[node] };
-                let moved = kick.moved(&place, mass[node], force, velocity_old);
-                sums.enter(mass[node], &velocity_old, &moved.velocity, share_old);
+                let moved = kick.moved(&place, mass[node], force, velocity_old, wall_impulses);
+                let mut kinetic = sums.enter(mass[node], &velocity_old, &moved.velocity, share_old);
+                if damping > 0.0 {
+                    let impulse = moved.damping.map(|change| mass[node] * change);
+                    sums.enter_damping(&impulse, &velocity_old, &moved.velocity, share_old);
+                }
                 if let Some(impulses) = &moved.impulses {
-                    sums.enter_impulses(impulses, &velocity_old, &moved.velocity, share_old);
+                    kinetic += sums.enter_impulses(impulses, &velocity_old, &moved.velocity, share_old);
                     if self.constraints.constrain(node) {
                         reaction[local] = impulses.of_constraints.map(|impulse| impulse * per_mean_step);
                     }
+                }
+                if let Some(share) = added_shares.get(node) {
+                    sums.added_kinetic += share * kinetic;
                 }
                 acceleration[local] = std::array::from_fn(|i| (moved.velocity[i] - velocity_old[i]) * per_mean_step);
                 velocity[local] = moved.velocity;
@@ -163,10 +182,25 @@ impl Simulation {
         }
         self.constraint_work.enter(sums.constraint_work_before, sums.constraint_work_after);
         self.contact_work.enter(sums.contact_work_before, sums.contact_work_after);
+        self.friction_work.enter(sums.friction_work_before, sums.friction_work_after);
+        self.damping_work.enter(sums.damping_work_before, sums.damping_work_after);
+        let wall_count = self.walls.len();
+        for (index, wall) in self.walls.iter_mut().enumerate() {
+            let of_chunks = self.wall_impulses.iter().skip(index).step_by(wall_count);
+            let impulse = of_chunks.fold([0.0; 3], |sum, impulse| std::array::from_fn(|i| sum[i] + impulse[i]));
+            wall.enter(&impulse, mean_step);
+        }
         self.energies.kinetic = sums.kinetic;
+        self.energies.mass_scaling = sums.added_kinetic;
         self.step_change.enter(0.0, sums.step_change);
         self.enter_works();
-        self.energies.note_in_play();
+        let is_judged = self.is_judged();
+        self.energies.note_in_play(is_judged);
+    }
+
+    /// Whether the kinetic energy of the present can be held against the process.
+    fn is_judged(&self) -> bool {
+        self.time >= JUDGED_FROM * self.settings.end
     }
 
     fn check(&self) -> Result<(), SimulationError> {
@@ -196,6 +230,14 @@ impl Simulation {
         if !within {
             return Err(SimulationError::EnergyError { error, limit, step, time });
         }
+        if let Some(scaling) = &self.settings.mass_scaling
+            && self.is_judged()
+        {
+            let share = self.energies.mass_scaling / self.energies.in_play;
+            if share > scaling.kinetic_limit {
+                return Err(SimulationError::AddedKineticEnergy { share, limit: scaling.kinetic_limit, step, time });
+            }
+        }
         if self.settings.max_steps.is_some_and(|limit| step >= limit) && !self.is_finished() {
             return Err(SimulationError::StepLimit { step, time });
         }
@@ -207,8 +249,9 @@ impl Simulation {
 struct Kick<'a> {
     mean_step: f64,
     step_new: f64,
+    damping: f64,
     constraints: &'a Constraints,
-    walls: &'a [RigidWall],
+    walls: &'a [MovingWall],
 }
 
 /// A node and where it is.
@@ -222,6 +265,8 @@ struct Place<'a> {
 struct Moved {
     /// v_{n+½}.
     velocity: [f64; 3],
+    /// Change of velocity by damping, m/s.
+    damping: [f64; 3],
     /// None at a node that neither a constraint nor a wall holds.
     impulses: Option<Impulses>,
 }
@@ -231,31 +276,60 @@ struct Impulses {
     /// Of held and driven directions.
     of_constraints: [f64; 3],
     of_walls: [f64; 3],
+    /// Work of the friction of walls on the sliding of the node, half of it before t_n and half after, J.
+    friction_work: [f64; 2],
 }
 
 impl Kick<'_> {
+    /// The impulses of walls are added to `wall_impulses`.
     #[inline]
-    fn moved(&self, place: &Place<'_>, mass: f64, force: [f64; 3], velocity_old: [f64; 3]) -> Moved {
+    fn moved(
+        &self,
+        place: &Place<'_>,
+        mass: f64,
+        force: [f64; 3],
+        velocity_old: [f64; 3],
+        wall_impulses: &mut [[f64; 3]],
+    ) -> Moved {
         // v_{n+½} = v_{n−½} + ½ (Δt_{n−½} + Δt_{n+½}) f_n / m
         let scale = self.mean_step / mass;
-        let free: [f64; 3] = std::array::from_fn(|i| velocity_old[i] + scale * force[i]);
+        let undamped: [f64; 3] = std::array::from_fn(|i| velocity_old[i] + scale * force[i]);
+        // with f_n − α m ½ (v_{n−½} + v_{n+½}) in place of f_n
+        let damping = if self.damping > 0.0 {
+            let share = self.damping / (1.0 + self.damping);
+            std::array::from_fn(|i| -share * (velocity_old[i] + undamped[i]))
+        } else {
+            [0.0; 3]
+        };
+        let free = std::array::from_fn(|i| undamped[i] + damping[i]);
         let is_held = self.constraints.constrain(place.node);
         let position: [f64; 3] = std::array::from_fn(|i| place.reference[i] + place.displacement[i]);
         if !is_held && !self.walls.iter().any(|wall| wall.stops(&free, &position, self.step_new)) {
-            return Moved { velocity: free, impulses: None };
+            return Moved { velocity: free, damping, impulses: None };
         }
         let constrained = |v| self.constraints.velocity(place.node, v, place.displacement, self.step_new);
         let mut velocity = constrained(free);
-        let mut of_walls = [0.0; 3];
-        let free_directions = self.constraints.free_directions(place.node);
-        for wall in self.walls {
-            let stopped = wall.velocity(velocity, &position, self.step_new, free_directions);
-            of_walls = std::array::from_fn(|i| of_walls[i] + mass * (stopped[i] - velocity[i]));
-            velocity = constrained(stopped);
+        let (mut of_walls, mut friction, mut friction_work) = ([0.0; 3], [0.0; 3], [0.0; 2]);
+        let step = NodeStep { position, time_step: self.step_new, free: self.constraints.free_directions(place.node) };
+        for (wall, wall_impulse) in self.walls.iter().zip(wall_impulses) {
+            let contact = wall.contact(&velocity, &step);
+            let impulse = contact.change.map(|change| mass * change);
+            let of_friction = contact.friction.map(|change| mass * change);
+            let carried = wall.work_of(&of_friction);
+            for i in 0..3 {
+                wall_impulse[i] += impulse[i];
+                of_walls[i] += impulse[i];
+                friction[i] += of_friction[i];
+                velocity[i] += contact.change[i];
+            }
+            friction_work = [friction_work[0] - carried[0], friction_work[1] - carried[1]];
+            velocity = constrained(velocity);
         }
+        friction_work[0] += 0.5 * dot(&friction, &velocity_old);
+        friction_work[1] += 0.5 * dot(&friction, &velocity);
         // what the walls did not do the constraints did
         let of_constraints = std::array::from_fn(|i| mass * (velocity[i] - free[i]) - of_walls[i]);
-        Moved { velocity, impulses: Some(Impulses { of_constraints, of_walls }) }
+        Moved { velocity, damping, impulses: Some(Impulses { of_constraints, of_walls, friction_work }) }
     }
 }
 
@@ -268,6 +342,11 @@ pub(crate) struct NodeSums {
     constraint_work_after: f64,
     contact_work_before: f64,
     contact_work_after: f64,
+    friction_work_before: f64,
+    friction_work_after: f64,
+    damping_work_before: f64,
+    damping_work_after: f64,
+    added_kinetic: f64,
 }
 
 impl NodeSums {
@@ -276,30 +355,43 @@ impl NodeSums {
         node_count.div_ceil(CHUNK)
     }
 
-    /// A node whose velocity only forces change.
+    /// A node whose velocity only forces change; its kinetic energy.
     #[inline]
-    fn enter(&mut self, mass: f64, old: &[f64; 3], new: &[f64; 3], share_old: f64) {
+    fn enter(&mut self, mass: f64, old: &[f64; 3], new: &[f64; 3], share_old: f64) -> f64 {
         let change: [f64; 3] = std::array::from_fn(|i| new[i] - old[i]);
         let (old_old, old_change) = (dot(old, old), dot(old, &change));
         // K_n = Σ ½ m |v_{n−½}|² + ½ Δt_{n−½} f_n · v_{n−½} with Δt f_n = m (v_{n+½} − v_{n−½})
-        self.kinetic += mass * (0.5 * old_old + share_old * old_change);
+        let kinetic = mass * (0.5 * old_old + share_old * old_change);
+        self.kinetic += kinetic;
         self.step_change += mass * ((0.5 - share_old) * dot(&change, &change));
+        kinetic
     }
 
-    /// What impulses on the node change of that, and their work.
+    /// What impulses on the node change of that, and their work; the change of its kinetic energy.
     #[inline]
-    fn enter_impulses(&mut self, impulses: &Impulses, old: &[f64; 3], new: &[f64; 3], share_old: f64) {
-        let Impulses { of_constraints, of_walls } = impulses;
+    fn enter_impulses(&mut self, impulses: &Impulses, old: &[f64; 3], new: &[f64; 3], share_old: f64) -> f64 {
+        let Impulses { of_constraints, of_walls, friction_work } = impulses;
         let impulse: [f64; 3] = std::array::from_fn(|i| of_constraints[i] + of_walls[i]);
         let change: [f64; 3] = std::array::from_fn(|i| new[i] - old[i]);
         // an impulse is no force: half of its work is in K_n, and none of it in what a change of step does
-        self.kinetic += (0.5 - share_old) * dot(&impulse, old);
+        let kinetic = (0.5 - share_old) * dot(&impulse, old);
+        self.kinetic += kinetic;
         self.step_change -= (0.5 - share_old) * dot(&impulse, &change);
         // an impulse does the work I · ½ (v_{n−½} + v_{n+½})
         self.constraint_work_before += 0.5 * dot(of_constraints, old);
         self.constraint_work_after += 0.5 * dot(of_constraints, new);
         self.contact_work_before += 0.5 * dot(of_walls, old);
         self.contact_work_after += 0.5 * dot(of_walls, new);
+        self.friction_work_before += friction_work[0];
+        self.friction_work_after += friction_work[1];
+        kinetic
+    }
+
+    /// Work of the damping, whose force is the impulse over the mean step.
+    #[inline]
+    fn enter_damping(&mut self, impulse: &[f64; 3], old: &[f64; 3], new: &[f64; 3], share_old: f64) {
+        self.damping_work_before += share_old * dot(impulse, old);
+        self.damping_work_after += (1.0 - share_old) * dot(impulse, new);
     }
 
     fn plus(self, other: &Self) -> Self {
@@ -310,6 +402,11 @@ impl NodeSums {
             constraint_work_after: self.constraint_work_after + other.constraint_work_after,
             contact_work_before: self.contact_work_before + other.contact_work_before,
             contact_work_after: self.contact_work_after + other.contact_work_after,
+            friction_work_before: self.friction_work_before + other.friction_work_before,
+            friction_work_after: self.friction_work_after + other.friction_work_after,
+            damping_work_before: self.damping_work_before + other.damping_work_before,
+            damping_work_after: self.damping_work_after + other.damping_work_after,
+            added_kinetic: self.added_kinetic + other.added_kinetic,
         }
     }
 }

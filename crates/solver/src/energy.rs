@@ -23,8 +23,16 @@ pub struct Energies {
     pub load_work: Vec<f64>,
     /// Work of the constraints that move: prescribed motions.
     pub constraint_work: f64,
-    /// Energy that rigid walls have taken, by impact and by friction.
+    /// Work of each rigid wall that moves, J.
+    pub wall_work: Vec<f64>,
+    /// Energy that contact with rigid walls has taken, by impact and by friction.
     pub contact: f64,
+    /// The part of that which friction has taken.
+    pub friction: f64,
+    /// Work against damping in proportion to mass.
+    pub damping: f64,
+    /// The part of `kinetic` that is the motion of mass added by mass scaling.
+    pub mass_scaling: f64,
     /// What `kinetic` does not hold since the step has changed, from nothing at the start on:
     /// Σ (½ − s) Δt̄ f · (v_{n+½} − v_{n−½}) over all times, with the mean step Δt̄ and s = ½ Δt_{n−½}/Δt̄.
     ///
@@ -32,6 +40,8 @@ pub struct Energies {
     /// ⅛ m |a|² times the growth of Δt². It is of second order, but at a start under load it is the kinetic energy of the
     /// first step: without this row a body that falls from rest would be 25 % off balance then.
     pub step_change: f64,
+    /// Largest kinetic over internal energy since a tenth of the time: small where inertia plays no part.
+    pub kinetic_share: f64,
     /// The largest energy that has been in play so far, what came in or what was there: the measure of
     /// [`Energies::error`]. It begins at the elastic energy of a strain of 10⁻⁹ everywhere.
     pub in_play: f64,
@@ -43,9 +53,9 @@ pub struct Energies {
 const SMALLEST_STRAIN: f64 = 1e-9;
 
 impl Energies {
-    /// Work of the outside on the body: loads and prescribed motions.
+    /// Work of the outside on the body: loads, prescribed motions, and walls that move.
     pub fn external_work(&self) -> f64 {
-        self.load_work.iter().sum::<f64>() + self.constraint_work
+        self.load_work.iter().sum::<f64>() + self.constraint_work + self.wall_work.iter().sum::<f64>()
     }
 
     /// What should be there: initial energy and external work.
@@ -55,10 +65,10 @@ impl Energies {
 
     /// Where it went.
     fn is_there(&self) -> f64 {
-        self.kinetic + self.internal + self.deleted + self.viscous + self.hourglass + self.contact
+        self.kinetic + self.internal + self.deleted + self.viscous + self.hourglass + self.contact + self.damping
     }
 
-    /// Kinetic + internal + deleted + viscous + hourglass + contact + step change − external work − initial.
+    /// Kinetic + internal + deleted + viscous + hourglass + contact + damping + step change − external work − initial.
     pub fn imbalance(&self) -> f64 {
         self.is_there() + self.step_change - self.came_in()
     }
@@ -74,15 +84,30 @@ impl Energies {
     }
 
     /// The ledger before anything has moved; `elastic_scale` is Σ V (k + 4μ/3), J.
-    pub(crate) fn new(initial_kinetic: f64, elastic_scale: f64, load_count: usize) -> Self {
+    pub(crate) fn new(initial_kinetic: f64, elastic_scale: f64, load_count: usize, wall_count: usize) -> Self {
         let floor = 0.5 * elastic_scale * SMALLEST_STRAIN * SMALLEST_STRAIN;
         let in_play = initial_kinetic.max(floor);
-        Self { initial_kinetic, kinetic: initial_kinetic, in_play, load_work: vec![0.0; load_count], ..Self::default() }
+        Self {
+            initial_kinetic,
+            kinetic: initial_kinetic,
+            in_play,
+            load_work: vec![0.0; load_count],
+            wall_work: vec![0.0; wall_count],
+            ..Self::default()
+        }
     }
 
-    /// Notes the energy in play now.
-    pub(crate) fn note_in_play(&mut self) {
+    /// Kinetic over internal energy; not a number while there is neither.
+    pub fn kinetic_over_internal(&self) -> f64 {
+        self.kinetic / self.internal
+    }
+
+    /// Notes the energy in play now, and the kinetic share if the time has come to judge it.
+    pub(crate) fn note_in_play(&mut self, is_judged: bool) {
         self.in_play = self.in_play.max(self.came_in().abs()).max(self.is_there().abs());
+        if is_judged && self.internal > 0.0 {
+            self.kinetic_share = self.kinetic_share.max(self.kinetic_over_internal());
+        }
     }
 }
 

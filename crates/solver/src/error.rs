@@ -88,6 +88,22 @@ pub enum ModelError {
         /// How deep it is, m.
         depth: f64,
     },
+    /// More mass than allowed that the target step of mass scaling would add to a part.
+    #[error(
+        "mass scaling would add {share:.4} of its mass to part {part}, in {count} elements, over the limit {limit:?}; within it          the time step is {attainable:e} s"
+    )]
+    AddedMass {
+        /// Position of the part in the model.
+        part: usize,
+        /// Added mass over the part's own.
+        share: f64,
+        /// The limit.
+        limit: f64,
+        /// Elements that would be made heavier.
+        count: usize,
+        /// The largest target within the limit, s.
+        attainable: f64,
+    },
     /// A direction that is not a unit vector.
     #[error("the {what} must be a unit vector")]
     NotUnit {
@@ -184,6 +200,20 @@ pub enum SimulationError {
     EnergyError {
         /// Energy error as a fraction.
         error: f64,
+        /// The limit.
+        limit: f64,
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+    },
+    /// Added mass that has more of the energy than allowed.
+    #[error(
+        "added mass has the share {share:?} of the energy as kinetic energy, over the limit {limit:?}, at step {step},          t = {time:?} s"
+    )]
+    AddedKineticEnergy {
+        /// Its kinetic energy as a share of the largest energy in play.
+        share: f64,
         /// The limit.
         limit: f64,
         /// Step.

@@ -113,6 +113,17 @@ pub enum Quantity {
     Acceleration,
 }
 
+impl Quantity {
+    /// The displacement (m) at a time that the curve of this quantity leads to.
+    pub(crate) fn displacement(self, curve: &Curve, time: f64) -> f64 {
+        match self {
+            Self::Displacement => curve.value(time),
+            Self::Velocity => curve.integral(time),
+            Self::Acceleration => curve.double_integral(time),
+        }
+    }
+}
+
 /// Velocity of nodes at time 0.
 #[derive(Clone, Debug)]
 pub struct InitialVelocity {
@@ -168,15 +179,67 @@ pub enum LoadKind {
     },
 }
 
-/// A plane that no node passes.
-#[derive(Clone, Copy, Debug)]
+/// A rigid tool that no node passes.
+#[derive(Clone, Debug)]
 pub struct RigidWall {
-    /// A point of the plane, m.
-    pub point: [f64; 3],
-    /// Unit normal towards the body.
-    pub normal: [f64; 3],
-    /// Coulomb's friction coefficient.
+    /// Its surface at time 0 of its motion.
+    pub shape: WallShape,
+    /// Coulomb's friction coefficient; infinite where what touches the wall sticks to it as long as it is pressed on it.
     pub friction: f64,
+    /// How it moves; at rest without.
+    pub motion: Option<WallMotion>,
+}
+
+/// The surface of a rigid tool; the body is outside of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WallShape {
+    /// A half space.
+    Plane {
+        /// A point of the plane, m.
+        point: [f64; 3],
+        /// Unit normal towards the body.
+        normal: [f64; 3],
+    },
+    /// A cylinder without ends.
+    Cylinder {
+        /// A point of its axis, m.
+        point: [f64; 3],
+        /// Unit vector along its axis.
+        axis: [f64; 3],
+        /// Radius, m.
+        radius: f64,
+    },
+    /// A sphere.
+    Sphere {
+        /// Centre, m.
+        centre: [f64; 3],
+        /// Radius, m.
+        radius: f64,
+    },
+}
+
+/// A translation of a rigid tool.
+#[derive(Clone, Debug)]
+pub struct WallMotion {
+    /// Unit vector of the motion.
+    pub direction: [f64; 3],
+    /// What the curve gives.
+    pub quantity: Quantity,
+    /// The function of time along the direction: m, m/s or m/s².
+    pub curve: Curve,
+}
+
+/// Mass added to elements so that the run takes longer steps.
+#[derive(Clone, Copy, Debug)]
+pub struct MassScaling {
+    /// Factor on the mass of every element.
+    pub factor: f64,
+    /// Time step, s, that the run begins with at least: elements whose own is shorter are made heavier. Zero asks for none.
+    pub target_time_step: f64,
+    /// Largest added mass of a part by the target, as a share of its own.
+    pub limit: f64,
+    /// Largest kinetic energy of added mass, as a share of the largest energy in play so far, from a tenth of the time on.
+    pub kinetic_limit: f64,
 }
 
 /// Settings of the time integration.
@@ -197,6 +260,10 @@ pub struct TimeSettings {
     /// Smallest time step that is worth going on with, s, but for the last two, which meet the end. Where elements are deleted,
     /// those that ask for a smaller one are, and a hundredth of the first step is the limit unless given.
     pub min_time_step: Option<f64>,
+    /// Mass scaling, if any.
+    pub mass_scaling: Option<MassScaling>,
+    /// Damping in proportion to mass, α of the force −α m v, 1/s.
+    pub mass_damping: f64,
 }
 
 /// What becomes of an element that turns inside out, or is squeezed so flat that its time step is too small.
@@ -220,6 +287,8 @@ impl Default for TimeSettings {
             on_inversion: OnInversion::Stop,
             max_steps: None,
             min_time_step: None,
+            mass_scaling: None,
+            mass_damping: 0.0,
         }
     }
 }

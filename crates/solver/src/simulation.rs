@@ -6,7 +6,8 @@ use crate::constraints::Constraints;
 use crate::energy::{CentredWork, Energies};
 use crate::error::ModelError;
 use crate::loads::NodalLoad;
-use crate::model::{Direction, LoadKind, Model, OnInversion, Part, RigidWall, TimeSettings};
+use crate::model::{Direction, LoadKind, MassScaling, Model, OnInversion, Part, RigidWall, TimeSettings, WallShape};
+use crate::rigid_wall::MovingWall;
 use crate::solid_block::{BlockReport, ElementBlock, Extreme, Largest, block};
 use estar_element::hex8::{self, CORNERS};
 use estar_mesh::Mesh;
@@ -44,13 +45,20 @@ pub struct Simulation {
     /// One vector a node where there are loads, else empty.
     pub(crate) external_force: Vec<[f64; 3]>,
     pub(crate) constraints: Constraints,
-    pub(crate) walls: Vec<RigidWall>,
+    pub(crate) walls: Vec<MovingWall>,
     pub(crate) node_sums: Vec<NodeSums>,
+    /// Impulses of the walls on each chunk of nodes, N s.
+    pub(crate) wall_impulses: Vec<[f64; 3]>,
+    /// The share of added mass in the mass of each node; empty where none is added.
+    pub(crate) added_shares: Vec<f64>,
+    pub(crate) added_mass: Vec<f64>,
     pub(crate) elements: BlockReport,
     pub(crate) deleted_count: u64,
     pub(crate) energies: Energies,
     pub(crate) constraint_work: CentredWork,
     pub(crate) contact_work: CentredWork,
+    pub(crate) friction_work: CentredWork,
+    pub(crate) damping_work: CentredWork,
     pub(crate) step_change: CentredWork,
     pub(crate) mesh: Mesh,
 }
@@ -112,10 +120,17 @@ impl Simulation {
         let mut mass = vec![0.0; node_count];
         let mut blocks = Vec::new();
         let mut elastic_scale = 0.0;
+        let scaling = model.settings.mass_scaling;
+        let factor = scaling.map_or(1.0, |scaling| scaling.factor);
+        let (mut densities, mut masses, mut added_mass) = (Vec::new(), Vec::new(), Vec::new());
         for mut part in std::mem::take(&mut model.parts) {
             // in the order of the mesh neighbours meet in the cache, and a chunk owns a piece of every field
             part.hexes.sort_unstable();
-            let part_mass = add_mass(&part, mesh, &mut mass)?;
+            let mut part_mass = add_mass(&part, mesh, &mut mass)?;
+            part_mass.smallest_corners.iter_mut().for_each(|mass| *mass *= factor);
+            densities.push(part.material.elasticity().density() * factor);
+            masses.push(part_mass.total);
+            added_mass.push(part_mass.total * (factor - 1.0));
             let elasticity = part.material.elasticity();
             elastic_scale += part_mass.total / elasticity.density() * elasticity.p_wave_modulus();
             let deletes = model.settings.on_inversion == OnInversion::Delete;
@@ -141,10 +156,10 @@ impl Simulation {
 
         let loads: Vec<NodalLoad> =
             model.loads.iter().map(|load| NodalLoad::new(&load.kind, reference, &mass)).collect();
-        let velocity = initial_velocity(&model, reference);
-        let initial_kinetic: f64 =
-            mass.iter().zip(&velocity).map(|(mass, v)| 0.5 * mass * v.iter().map(|v| v * v).sum::<f64>()).sum();
-        let energies = Energies::new(initial_kinetic, elastic_scale, loads.len());
+        // added mass has no weight: loads know nothing of it
+        let own_mass = if scaling.is_some() { mass.clone() } else { Vec::new() };
+        mass.iter_mut().for_each(|mass| *mass *= factor);
+        let chunk_count = NodeSums::chunk_count(node_count);
         let mut simulation = Self {
             settings: model.settings,
             least_stable_time_step: 0.0,
@@ -158,20 +173,25 @@ impl Simulation {
             load_power: vec![0.0; loads.len()],
             external_force: vec![[0.0; 3]; if loads.is_empty() { 0 } else { node_count }],
             constraints: Constraints::new(&model, node_count)?,
-            walls: model.walls,
-            node_sums: vec![NodeSums::default(); NodeSums::chunk_count(node_count)],
+            wall_impulses: vec![[0.0; 3]; chunk_count * model.walls.len().max(1)],
+            walls: std::mem::take(&mut model.walls).into_iter().map(MovingWall::new).collect(),
+            added_shares: Vec::new(),
+            added_mass: Vec::new(),
+            node_sums: vec![NodeSums::default(); chunk_count],
             elements: BlockReport::EMPTY,
             deleted_count: 0,
-            energies: energies.clone(),
+            energies: Energies::default(),
             constraint_work: CentredWork::default(),
             contact_work: CentredWork::default(),
+            friction_work: CentredWork::default(),
+            damping_work: CentredWork::default(),
             step_change: CentredWork::default(),
             mesh: mesh.clone(),
             loads,
             blocks,
             nodes: Nodes {
                 displacement: vec![[0.0; 3]; node_count],
-                velocity,
+                velocity: initial_velocity(&model, reference),
                 acceleration: vec![[0.0; 3]; node_count],
                 reaction: vec![[0.0; 3]; node_count],
                 mass,
@@ -181,6 +201,20 @@ impl Simulation {
         if let Some(hex) = simulation.elements.not_finite {
             return Err(ModelError::NotFinite { hex });
         }
+        if let Some(scaling) = &scaling {
+            simulation.scale_to_target(scaling, &densities, &masses, &mut added_mass)?;
+            let shares = own_mass.iter().zip(&simulation.nodes.mass).map(|(own, mass)| 1.0 - own / mass);
+            simulation.added_shares = shares.collect();
+            simulation.update_elements(0.0);
+        }
+        simulation.added_mass = added_mass;
+        let nodes = &simulation.nodes;
+        let of_node = |(mass, v): (&f64, &[f64; 3])| 0.5 * mass * v.iter().map(|v| v * v).sum::<f64>();
+        let kinetic = || nodes.mass.iter().zip(&nodes.velocity).map(of_node);
+        let mut energies =
+            Energies::new(kinetic().sum(), elastic_scale, simulation.loads.len(), simulation.walls.len());
+        energies.mass_scaling = kinetic().zip(&simulation.added_shares).map(|(kinetic, share)| kinetic * share).sum();
+        simulation.energies = energies.clone();
         let settings = &simulation.settings;
         simulation.least_stable_time_step = match settings.min_time_step {
             Some(least) => least / settings.safety_factor,
@@ -319,6 +353,11 @@ impl Simulation {
         nodes.iter().map(|&node| self.nodes.reaction[node as usize][direction.index()]).sum()
     }
 
+    /// Force of a rigid wall on the body, N; walls are counted as in the model.
+    pub fn wall_force(&self, wall: usize) -> [f64; 3] {
+        self.walls[wall].force
+    }
+
     /// Number of hexes.
     pub fn hex_count(&self) -> usize {
         self.mesh.hex_count()
@@ -364,7 +403,7 @@ fn add_mass(part: &Part, mesh: &Mesh, mass: &mut [f64]) -> Result<PartMass, Mode
 }
 
 /// Lumped mass of the corners of a hex, kg.
-fn corner_mass(hex: u32, mesh: &Mesh, density: f64) -> Result<[f64; CORNERS], ModelError> {
+pub(crate) fn corner_mass(hex: u32, mesh: &Mesh, density: f64) -> Result<[f64; CORNERS], ModelError> {
     let corners = mesh.corners(hex as usize).map(Vector3);
     let positive = |what, value: f64| {
         if value.is_finite() && value > 0.0 { Ok(()) } else { Err(ModelError::BadHex { hex, what, value }) }
@@ -427,6 +466,14 @@ fn check_settings(settings: &TimeSettings) -> Result<(), ModelError> {
     }
     let limit = settings.energy_error_limit;
     check("energy_error_limit", limit, limit > 0.0, "it must be greater than 0")?;
+    if let Some(MassScaling { factor, target_time_step, limit, kinetic_limit }) = settings.mass_scaling {
+        check("factor", factor, factor >= 1.0, "it must be 1 or greater")?;
+        check("target_time_step", target_time_step, target_time_step >= 0.0, "it must be 0 or greater")?;
+        check("limit", limit, limit >= 0.0, "it must be 0 or greater")?;
+        check("kinetic_limit", kinetic_limit, kinetic_limit > 0.0, "it must be greater than 0")?;
+    }
+    let damping = settings.mass_damping;
+    check("mass_damping", damping, damping >= 0.0, "it must be 0 or greater")?;
     let least = settings.min_time_step.unwrap_or(0.0);
     check("min_time_step", least, least >= 0.0, "it must be 0 or greater")
 }
@@ -467,9 +514,6 @@ fn check_indices(mesh: &Mesh, model: &Model) -> Result<(), ModelError> {
 
 fn check_directions(model: &Model) -> Result<(), ModelError> {
     let is_unit = |vector: &[f64; 3]| (vector.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 1e-9;
-    if model.walls.iter().any(|wall| !is_unit(&wall.normal)) {
-        return Err(ModelError::NotUnit { what: "normal of a rigid wall" });
-    }
     for load in &model.loads {
         if let LoadKind::Traction { direction, .. } = &load.kind
             && !is_unit(direction)
@@ -478,7 +522,23 @@ fn check_directions(model: &Model) -> Result<(), ModelError> {
         }
     }
     for wall in &model.walls {
-        if !(wall.friction.is_finite() && wall.friction >= 0.0) {
+        let (unit, what) = match &wall.shape {
+            WallShape::Plane { normal, .. } => (Some(normal), "normal of a rigid wall"),
+            WallShape::Cylinder { axis, .. } => (Some(axis), "axis of a rigid cylinder"),
+            WallShape::Sphere { .. } => (None, "sphere"),
+        };
+        if unit.is_some_and(|unit| !is_unit(unit)) {
+            return Err(ModelError::NotUnit { what });
+        }
+        if wall.motion.as_ref().is_some_and(|motion| !is_unit(&motion.direction)) {
+            return Err(ModelError::NotUnit { what: "direction of a rigid wall's motion" });
+        }
+        if let WallShape::Cylinder { radius, .. } | WallShape::Sphere { radius, .. } = wall.shape
+            && !(radius.is_finite() && radius > 0.0)
+        {
+            return Err(ModelError::Setting { setting: "radius", value: radius, bound: "it must be greater than 0" });
+        }
+        if wall.friction.is_nan() || wall.friction < 0.0 {
             let (setting, bound) = ("friction", "it must be 0 or greater");
             return Err(ModelError::Setting { setting, value: wall.friction, bound });
         }
@@ -489,10 +549,10 @@ fn check_directions(model: &Model) -> Result<(), ModelError> {
 /// No node begins behind a wall by more than rounding.
 fn check_walls(walls: &[RigidWall], reference: &[[f64; 3]]) -> Result<(), ModelError> {
     let size = reference.iter().flatten().fold(0.0_f64, |size, coordinate| size.max(coordinate.abs()));
-    for (wall, plane) in walls.iter().enumerate() {
-        let behind = |position: &[f64; 3]| plane.gap(position) < -1e-9 * size;
+    for (wall, tool) in walls.iter().enumerate() {
+        let behind = |position: &[f64; 3]| tool.gap(position, 0.0) < -1e-9 * size;
         let count = reference.iter().filter(|position| behind(position)).count();
-        let gaps = reference.iter().map(|position| plane.gap(position)).enumerate();
+        let gaps = reference.iter().map(|position| tool.gap(position, 0.0)).enumerate();
         if let Some((node, gap)) = gaps.min_by(|a, b| a.1.total_cmp(&b.1))
             && count > 0
         {

@@ -130,6 +130,9 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Bytes of the block's own data, rows of forces included, that [`ElementBlock::advance`] reads and writes.
     fn bytes_per_step(&self) -> usize;
 
+    /// Makes an element heavier by a factor, as far as its stable time step goes.
+    fn scale_mass(&mut self, element: usize, factor: f64);
+
     /// Stable time step of an element on its last geometry, s; infinite of one that has been deleted.
     fn stable_time_step(&self, element: usize) -> f64;
 
@@ -316,6 +319,12 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
 
     fn bytes_per_step(&self) -> usize {
         size_of_val(&*self.corner_mass) + 2 * size_of_val(&*self.history) + self.patches.bytes_per_step()
+    }
+
+    fn scale_mass(&mut self, element: usize, factor: f64) {
+        let mass = &mut self.corner_mass[element / R::LANES];
+        *mass =
+            R::from_lanes(|lane| if lane == element % R::LANES { factor * mass.lane(lane) } else { mass.lane(lane) });
     }
 
     fn stable_time_step(&self, element: usize) -> f64 {

@@ -12,7 +12,7 @@ use thiserror::Error;
 pub struct NoState;
 
 /// Numbers of the state that stand alone.
-const SCALARS: usize = 18;
+const SCALARS: usize = 20;
 
 impl Simulation {
     /// Calls `visit` with every number of the state, in an order that depends neither on threads nor on lanes.
@@ -26,6 +26,7 @@ impl Simulation {
         for field in [&nodes.displacement, &nodes.velocity, &nodes.acceleration, &nodes.reaction] {
             field.iter().flatten().for_each(|&number| visit(number));
         }
+        self.walls.iter().flat_map(|wall| wall.force).for_each(&mut visit);
         for block in &self.blocks {
             visit(block.internal_energy);
             visit(block.hourglass_energy);
@@ -48,6 +49,7 @@ impl Simulation {
         for field in [&mut nodes.displacement, &mut nodes.velocity, &mut nodes.acceleration, &mut nodes.reaction] {
             field.iter_mut().flatten().for_each(|number| *number = next());
         }
+        self.walls.iter_mut().flat_map(|wall| &mut wall.force).for_each(|number| *number = next());
         for block in &mut self.blocks {
             block.internal_energy = next();
             block.hourglass_energy = next();
@@ -88,6 +90,8 @@ impl Simulation {
             energies.deleted,
             self.deleted_count as f64,
             energies.hourglass,
+            energies.mass_scaling,
+            energies.kinetic_share,
         ]
     }
 
@@ -113,16 +117,27 @@ impl Simulation {
         energies.deleted = scalars[15];
         self.deleted_count = scalars[16] as u64;
         energies.hourglass = scalars[17];
+        energies.mass_scaling = scalars[18];
+        energies.kinetic_share = scalars[19];
     }
 
     fn works(&self) -> impl Iterator<Item = &CentredWork> {
-        let others = [&self.constraint_work, &self.contact_work, &self.step_change];
-        self.loads.iter().map(|load| &load.work).chain(others)
+        let others =
+            [&self.constraint_work, &self.contact_work, &self.friction_work, &self.damping_work, &self.step_change];
+        let walls = self.walls.iter().map(|wall| &wall.work);
+        self.loads.iter().map(|load| &load.work).chain(walls).chain(others)
     }
 
     fn works_mut(&mut self) -> impl Iterator<Item = &mut CentredWork> {
-        let others = [&mut self.constraint_work, &mut self.contact_work, &mut self.step_change];
-        self.loads.iter_mut().map(|load| &mut load.work).chain(others)
+        let others = [
+            &mut self.constraint_work,
+            &mut self.contact_work,
+            &mut self.friction_work,
+            &mut self.damping_work,
+            &mut self.step_change,
+        ];
+        let walls = self.walls.iter_mut().map(|wall| &mut wall.work);
+        self.loads.iter_mut().map(|load| &mut load.work).chain(walls).chain(others)
     }
 
     /// Enters the works up to now into the ledger.
@@ -130,8 +145,14 @@ impl Simulation {
         for (load, work) in self.loads.iter().zip(&mut self.energies.load_work) {
             *work = load.work.until_now;
         }
+        for (wall, work) in self.walls.iter().zip(&mut self.energies.wall_work) {
+            *work = wall.work.until_now;
+        }
         self.energies.constraint_work = self.constraint_work.until_now;
-        self.energies.contact = -self.contact_work.until_now;
+        // what walls do and the body does not get is lost between them
+        self.energies.contact = self.energies.wall_work.iter().sum::<f64>() - self.contact_work.until_now;
+        self.energies.friction = -self.friction_work.until_now;
+        self.energies.damping = -self.damping_work.until_now;
         self.energies.step_change = self.step_change.until_now;
     }
 }

@@ -34,7 +34,7 @@ fn one_step_allocates_nothing() {
             load("pressure", LoadKind::Pressure { faces: faces(&mesh, "x_max"), curve: curve.clone() }),
             load("traction", LoadKind::Traction { faces: faces(&mesh, "z_max"), direction: [0.0, 1.0, 0.0], curve }),
         ],
-        walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.2 }],
+        walls: vec![RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.2)],
         settings: TimeSettings { bulk_viscosity: Some(BulkViscosity { linear: 0.06, quadratic: 1.2 }), ..until(1e-3) },
     };
     let mut simulation = Simulation::new(&mesh, model, LaneLevel::best()).unwrap();

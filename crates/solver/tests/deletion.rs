@@ -24,7 +24,7 @@ fn wreck(mesh: &Mesh, speed: f64, end: f64) -> Model {
     Model {
         parts: vec![part(0..soft, yielding(300e6, 1e8)), part(soft..mesh.hex_count() as u32, elastic())],
         initial_velocities: vec![translation(mesh, [0.0, 0.0, -speed])],
-        walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.2 }],
+        walls: vec![RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.2)],
         settings: TimeSettings { on_inversion: OnInversion::Delete, ..until(end) },
         ..Model::default()
     }

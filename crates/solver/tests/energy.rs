@@ -143,7 +143,7 @@ fn impact_balances_in_every_theory() {
         let model = Model {
             parts: whole(&mesh, material, Formulation::FBar),
             initial_velocities: vec![translation(&mesh, [0.0, 0.0, -300.0])],
-            walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.0 }],
+            walls: vec![RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.0)],
             settings: until(40e-6),
             ..Model::default()
         };
@@ -164,7 +164,7 @@ fn a_soft_impact_balances_in_the_green_naghdi_theory() {
     let model = Model {
         parts: whole(&mesh, GreenNaghdi::new(elasticity(8930.0, 117e9, 0.35), hardening).into(), Formulation::Full),
         initial_velocities: vec![translation(&mesh, [0.0, 0.0, -80.0])],
-        walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.0 }],
+        walls: vec![RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.0)],
         settings: until(40e-6),
         ..Model::default()
     };
@@ -192,7 +192,7 @@ fn heat_is_the_rise_of_the_temperature_in_every_theory_that_has_one() {
             let model = Model {
                 parts: whole(&mesh, material.clone(), formulation),
                 initial_velocities: vec![translation(&mesh, [0.0, 0.0, -300.0])],
-                walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.0 }],
+                walls: vec![RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.0)],
                 settings: until(40e-6),
                 ..Model::default()
             };
@@ -224,7 +224,7 @@ fn impact_with_friction_and_viscosity_balances() {
         let model = Model {
             parts: whole(&mesh, yielding(400e6, 100e6), Formulation::FBar),
             initial_velocities: vec![translation(&mesh, [60.0, 0.0, -200.0])],
-            walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.3 }],
+            walls: vec![RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.3)],
             settings: TimeSettings { bulk_viscosity, ..until(30e-6) },
             ..Model::default()
         };
@@ -251,7 +251,7 @@ fn a_sliding_block_slows_down_by_mu_g() {
         parts: whole(&mesh, soft, Formulation::FBar),
         initial_velocities: vec![translation(&mesh, [0.6 * speed, 0.8 * speed, 0.0])],
         loads: vec![load("gravity", LoadKind::Gravity { acceleration: [0.0, 0.0, -gravity] })],
-        walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction }],
+        walls: vec![RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], friction)],
         settings: until(end),
         ..Model::default()
     };
@@ -287,10 +287,7 @@ fn a_wall_holds_nodes_that_are_also_constrained() {
         parts: whole(&mesh, yielding(300e6, 1e9), Formulation::FBar),
         fixes: vec![Fix { nodes: held.clone(), directions: vec![Direction::X] }],
         initial_velocities: vec![translation(&mesh, [0.0, 0.0, -50.0])],
-        walls: vec![
-            RigidWall { point: [0.0; 3], normal, friction: 0.1 },
-            RigidWall { point: [0.0; 3], normal: [0.0, 1.0, 0.0], friction: 0.0 },
-        ],
+        walls: vec![RigidWall::plane([0.0; 3], normal, 0.1), RigidWall::plane([0.0; 3], [0.0, 1.0, 0.0], 0.0)],
         settings: until(50e-6),
         ..Model::default()
     };

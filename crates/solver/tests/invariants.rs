@@ -14,11 +14,11 @@ use estar_material::{EStarTotal, Elastic, Hencky, IsotropicHardening, MaterialMo
 use estar_mesh::Mesh;
 use estar_solver::model::{
     BulkViscosity, Direction, Fix, Formulation, InitialVelocity, LoadKind, Part, Prescribed, Quantity, RigidWall,
-    TimeSettings,
+    TimeSettings, WallMotion, WallShape,
 };
 use estar_solver::{ConstraintSource, Curve, Interpolation, LaneLevel, Model, ModelError, Simulation, SimulationError};
 
-const WALL: RigidWall = RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.2 };
+const WALL: RigidWall = RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.2);
 
 /// A block that yields on a rough wall, with every kind of load and constraint; of three materials, the last two of 3 and
 /// 1 hexes.
@@ -254,20 +254,31 @@ fn two_motions_of_one_direction_are_refused_unless_they_are_the_same() {
 #[test]
 fn walls_and_directions_must_make_sense() {
     let behind = |model: &mut Model| {
-        model.walls.push(RigidWall { point: [0.0, 0.0, 0.25], normal: [0.0, 0.0, 1.0], friction: 0.0 });
+        model.walls.push(RigidWall::plane([0.0, 0.0, 0.25], [0.0, 0.0, 1.0], 0.0));
     };
     assert_eq!(refused(behind), ModelError::NodeBehindWall { wall: 0, count: 6, node: 0, depth: 0.25 });
-    let long = |model: &mut Model| model.walls.push(RigidWall { normal: [0.0, 0.0, 2.0], ..WALL });
+    let long = |model: &mut Model| model.walls.push(RigidWall::plane([0.0; 3], [0.0, 0.0, 2.0], 0.0));
     assert_eq!(refused(long), ModelError::NotUnit { what: "normal of a rigid wall" });
     let traction = |model: &mut Model| {
         let kind = LoadKind::Traction { faces: vec![[0, 1, 4, 3]], direction: [0.0; 3], curve: Curve::constant(1.0) };
         model.loads.push(load("t", kind));
     };
     assert_eq!(refused(traction), ModelError::NotUnit { what: "direction of a traction" });
-    for friction in [-0.1, f64::INFINITY] {
+    for friction in [-0.1, f64::NAN] {
         let rough = |model: &mut Model| model.walls.push(RigidWall { friction, ..WALL });
         assert!(matches!(refused(rough), ModelError::Setting { setting: "friction", .. }));
     }
+    for radius in [0.0, -1.0, f64::NAN] {
+        let shape = WallShape::Sphere { centre: [0.0, 0.0, 9.0], radius };
+        let hollow = |model: &mut Model| model.walls.push(RigidWall { shape, ..WALL });
+        assert!(matches!(refused(hollow), ModelError::Setting { setting: "radius", .. }));
+    }
+    let shape = WallShape::Cylinder { point: [0.0, 0.0, 9.0], axis: [0.0; 3], radius: 1.0 };
+    let flat = |model: &mut Model| model.walls.push(RigidWall { shape, ..WALL });
+    assert_eq!(refused(flat), ModelError::NotUnit { what: "axis of a rigid cylinder" });
+    let motion = WallMotion { direction: [0.0; 3], quantity: Quantity::Velocity, curve: Curve::constant(1.0) };
+    let lost = |model: &mut Model| model.walls.push(RigidWall { motion: Some(motion.clone()), ..WALL });
+    assert_eq!(refused(lost), ModelError::NotUnit { what: "direction of a rigid wall's motion" });
 }
 
 #[test]

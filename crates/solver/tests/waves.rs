@@ -12,7 +12,7 @@ use estar_material::{EStarTotal, Elastic, IsotropicHardening, KinematicHardening
 use estar_solver::Model;
 use estar_solver::model::{BulkViscosity, Fix, Formulation, RigidWall, TimeSettings};
 
-const WALL: RigidWall = RigidWall { point: [0.0; 3], normal: [1.0, 0.0, 0.0], friction: 0.0 };
+const WALL: RigidWall = RigidWall::plane([0.0; 3], [1.0, 0.0, 0.0], 0.0);
 
 /// An elastic rod with ν = 0 flies on a wall: behind the front the stress is −ρ c v and the rod is at rest, the foot
 /// leaves the wall at 2L/c, and the rod flies back with the velocity it came with.

@@ -51,7 +51,7 @@ pub fn model(mesh: &Mesh, material: MaterialModel, element: Formulation) -> Mode
             translation: [0.0, 0.0, -227.0],
             spin: None,
         }],
-        walls: vec![RigidWall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], friction: 0.0 }],
+        walls: vec![RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.0)],
         settings: TimeSettings { end: 80e-6, ..TimeSettings::default() },
         ..Model::default()
     }

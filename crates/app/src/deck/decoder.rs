@@ -87,6 +87,8 @@ pub enum Named {
     Material,
     /// Probes.
     Probe,
+    /// Rigid walls.
+    Wall,
 }
 
 impl std::fmt::Display for Named {
@@ -94,6 +96,7 @@ impl std::fmt::Display for Named {
         formatter.write_str(match self {
             Self::Material => "material",
             Self::Probe => "probe",
+            Self::Wall => "rigid wall",
         })
     }
 }
@@ -274,6 +277,7 @@ impl TableReader<'_, '_> {
                 self.decoder.path.pop();
                 chosen
             }
+            None if variants.default.is_some() => variants.default,
             None => {
                 let place = self.decoder.place();
                 let choices = listed(choices.iter().map(|(choice, _)| choice.name));

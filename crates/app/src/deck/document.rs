@@ -85,7 +85,8 @@ fn write_table(text: &mut String, table: &TableSchema, path: &str) {
         write_inner(text, key, path);
     }
     for variants in &table.variants {
-        let _ = write!(text, "\n**`{}`** (required): {}\n", variants.tag, one_line(variants.doc));
+        let default = variants.default.map_or("required".to_owned(), |default| format!("default `\"{default}\"`"));
+        let _ = write!(text, "\n**`{}`** ({default}): {}\n", variants.tag, one_line(variants.doc));
         for (choice, keys) in &variants.cases {
             let _ = write!(text, "\n- `{} = \"{}\"`: {}\n", variants.tag, choice.name, one_line(choice.doc));
             if !keys.is_empty() {

@@ -30,7 +30,7 @@ fn table(table: &TableSchema) -> Map<String, Value> {
     let mut required: Vec<&str> = names_of_required(&table.keys);
     let mut conditions = Vec::new();
     for variants in &table.variants {
-        required.push(variants.tag);
+        required.extend(variants.default.is_none().then_some(variants.tag));
         let names = variants.cases.iter().map(|(choice, _)| choice.name);
         let meanings = variants.cases.iter().map(|(choice, _)| format!("\"{}\": {}", choice.name, joined(choice.doc)));
         let description = format!("{} {}", joined(variants.doc), meanings.collect::<Vec<_>>().join(" "));
@@ -52,8 +52,10 @@ fn table(table: &TableSchema) -> Map<String, Value> {
             for foreign in meant.keys().filter(|name| !keys.iter().any(|key| key.name == name.as_str())) {
                 properties.insert(foreign.clone(), json!(false));
             }
+            // a tag that is not there meets any condition on its value
+            let needed: &[&str] = if variants.default == Some(choice.name) { &[] } else { &[variants.tag] };
             conditions.push(json!({
-                "if": { "properties": { variants.tag: { "const": choice.name } }, "required": [variants.tag] },
+                "if": { "properties": { variants.tag: { "const": choice.name } }, "required": needed },
                 "then": { "properties": properties, "required": names_of_required(keys) },
             }));
         }

@@ -35,11 +35,11 @@ macro_rules! deck_table {
     };
 }
 
-/// Keys of a table that depend on the value of one of them, the tag.
+/// Keys of a table that depend on the value of one of them, the tag; `or` names the value of a tag that is not there.
 macro_rules! deck_variants {
     (
         $(#[doc = $doc:literal])*
-        pub enum $name:ident by $tag:ident {
+        pub enum $name:ident by $tag:ident $(or $absent:literal)? {
             $( $(#[doc = $case_doc:literal])* $case:ident = $choice:literal {
                 $( $(#[doc = $key_doc:literal])* $key:ident : $type:ty = $presence:ident $(($default:literal))? ,)*
             } )*
@@ -64,8 +64,10 @@ macro_rules! deck_variants {
                     let choice = $crate::deck::schema::Choice { name: $choice, doc: concat!($($case_doc, "\n"),*) };
                     cases.push((choice, schema.keys));
                 } )*
-                let variants =
-                    $crate::deck::schema::Variants { tag: stringify!($tag), doc: concat!($($doc, "\n"),*), cases };
+                let default = [$($absent)?].first().copied();
+                let variants = $crate::deck::schema::Variants {
+                    tag: stringify!($tag), doc: concat!($($doc, "\n"),*), default, cases
+                };
                 $crate::deck::schema::TableSchema { variants: vec![variants], ..Default::default() }
             }
 

@@ -57,7 +57,7 @@ deck_table! {
         traction: Vec<TractionTable> = default("[]"),
         /// Gravity.
         gravity: Vec<GravityTable> = default("[]"),
-        /// Rigid walls.
+        /// Rigid walls and other rigid tools.
         rigid_wall: Vec<RigidWallTable> = default("[]"),
         /// Time integration.
         time: TimeTable = required,

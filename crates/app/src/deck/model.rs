@@ -1,13 +1,15 @@
 //! `[mesh]`, `[[part]]`, and what acts on the body.
 
-use super::decoder::At;
+use super::decoder::{At, Decoder, FromDeck};
 use super::macros::{deck_choice, deck_table, deck_variants};
+use super::schema::{Choice, Schema};
+use super::tree::{Node, Value};
 use super::values::{
-    Acceleration, GroupName, Length, MaterialName, MeshFile, NotNegative, Number, OfFaces, OfHexes, OfNodes, Positive,
-    Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
+    Acceleration, GroupName, Length, MaterialName, MeshFile, NewWallName, NotNegative, Number, OfFaces, OfHexes,
+    OfNodes, Positive, Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
 };
 use crate::diagnostics::{Diagnostic, Diagnostics};
-use estar_solver::model::{Direction, Formulation, HourglassControl};
+use estar_solver::model::{Direction, Formulation, HourglassControl, WallShape};
 use estar_solver::{Curve, Interpolation};
 
 deck_table! {
@@ -225,14 +227,88 @@ deck_table! {
 }
 
 deck_table! {
-    /// A plane that no node passes.
+    /// A rigid tool that no node passes.
     pub struct RigidWallTable {
-        /// A point of the plane.
-        point: Vector<Length> = required,
-        /// Normal of the plane, into the body's side; its length does not matter.
-        normal: UnitVector = required,
-        /// Coulomb's coefficient of friction.
-        friction: Quantity<NotNegative<Number>> = default("0.0"),
+        /// Its name, for probes of its force and for the energy ledger.
+        name: NewWallName = optional,
+        /// Its surface.
+        surface: WallSurface = flatten,
+        /// Coulomb's coefficient of friction; or "sticking": what is pressed on the wall does not slide on it.
+        friction: WallFriction = default("0.0"),
+        /// How it moves; at rest unless given.
+        motion: WallMotionTable = optional,
+    }
+}
+
+deck_variants! {
+    /// The shape of the tool, which the body is outside of.
+    pub enum WallSurface by shape or "plane" {
+        /// A half space.
+        Plane = "plane" {
+            /// A point of the plane.
+            point: Vector<Length> = required,
+            /// Normal of the plane, into the body's side; its length does not matter.
+            normal: UnitVector = required,
+        }
+        /// A cylinder without ends.
+        Cylinder = "cylinder" {
+            /// A point of its axis.
+            point: Vector<Length> = required,
+            /// Direction of its axis; its length does not matter.
+            axis: UnitVector = required,
+            /// Its radius.
+            radius: Quantity<Positive<Length>> = required,
+        }
+        /// A sphere.
+        Sphere = "sphere" {
+            /// Its centre.
+            centre: Vector<Length> = required,
+            /// Its radius.
+            radius: Quantity<Positive<Length>> = required,
+        }
+    }
+}
+
+impl WallSurface {
+    /// The surface as the solver knows it.
+    pub fn shape(&self) -> WallShape {
+        match self {
+            Self::Plane { point, normal } => WallShape::Plane { point: point.value, normal: normal.0 },
+            Self::Cylinder { point, axis, radius } => {
+                WallShape::Cylinder { point: point.value, axis: axis.0, radius: radius.value }
+            }
+            Self::Sphere { centre, radius } => WallShape::Sphere { centre: centre.value, radius: radius.value },
+        }
+    }
+}
+
+deck_table! {
+    /// A translation along a line.
+    pub struct WallMotionTable {
+        /// The direction; its length does not matter.
+        direction: UnitVector = required,
+        /// What the curve gives, with the curve.
+        motion: Motion = flatten,
+        /// How the curve runs between its points.
+        interpolation: Interpolation = default("'linear'"),
+    }
+}
+
+/// Coulomb's coefficient, infinite where the deck says "sticking".
+#[derive(Clone, Copy, Debug)]
+pub struct WallFriction(pub f64);
+
+impl FromDeck for WallFriction {
+    fn schema() -> Schema {
+        let sticking = Choice { name: "sticking", doc: "without any sliding" };
+        Schema::Either(vec![Quantity::<NotNegative<Number>>::schema(), Schema::Choice(vec![sticking])])
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        match &node.value {
+            Value::Text(text) if text == "sticking" => Some(Self(f64::INFINITY)),
+            _ => Quantity::<NotNegative<Number>>::decode(node, decoder).map(|coefficient| Self(coefficient.value)),
+        }
     }
 }
 

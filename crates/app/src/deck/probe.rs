@@ -5,7 +5,9 @@ use super::macros::{deck_choice, deck_table, deck_variants};
 use super::schema::{Choice, Schema};
 use super::tree::{Node, Value};
 use super::units::Dimension;
-use super::values::{AnyQuantity, Count, GroupName, Length, NewProbeName, OfNodes, ProbeName, Quantity, Time, Vector};
+use super::values::{
+    AnyQuantity, Count, GroupName, Length, NewProbeName, OfNodes, ProbeName, Quantity, Time, Vector, WallName,
+};
 use crate::fields::{Component, ProbeField};
 use estar_solver::model::Direction;
 
@@ -42,6 +44,13 @@ deck_variants! {
         Reaction = "reaction" {
             /// The nodes.
             group: GroupName<OfNodes> = required,
+            /// The direction of the force.
+            direction: Direction = required,
+        }
+        /// Force of a rigid wall on the body, N.
+        ContactForce = "contact-force" {
+            /// The wall.
+            wall: WallName = required,
             /// The direction of the force.
             direction: Direction = required,
         }
@@ -161,7 +170,7 @@ impl ProbeKind {
     pub fn dimension(&self) -> Dimension {
         match self {
             Self::Extent { .. } | Self::MaxRadius { .. } => Dimension::LENGTH,
-            Self::Reaction { .. } => Dimension::FORCE,
+            Self::Reaction { .. } | Self::ContactForce { .. } => Dimension::FORCE,
             Self::Node { field, .. }
             | Self::Element { field, .. }
             | Self::GroupAverage { field, .. }

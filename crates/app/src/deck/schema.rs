@@ -154,6 +154,8 @@ pub struct Variants {
     pub tag: &'static str,
     /// What it means.
     pub doc: &'static str,
+    /// Its value where it is not there; without one it must be there.
+    pub default: Option<&'static str>,
     /// Its values, each with the keys that belong to it.
     pub cases: Vec<(Choice, Vec<KeySchema>)>,
 }

@@ -4,7 +4,7 @@ use super::decoder::{At, Decoder, FromDeck};
 use super::macros::{deck_choice, deck_table};
 use super::schema::{Choice, Schema};
 use super::tree::{Node, Value};
-use super::values::{Count, Fraction, NotNegative, Number, Positive, Quantity, Time};
+use super::values::{AtLeastOne, Count, Fraction, NotNegative, Number, Positive, Quantity, Rate, Share, Time};
 use crate::fields::Field;
 use estar_solver::model::OnInversion;
 
@@ -26,6 +26,39 @@ deck_table! {
         /// Smallest time step that is worth going on with; below it the run stops, or with `on_inversion = "delete"` the elements
         /// that ask for less are deleted; there it is a hundredth of the first step unless given.
         min_time_step: Quantity<Positive<Time>> = optional,
+        /// Mass added so that the run takes longer steps; none unless given.
+        mass_scaling: MassScalingTable = optional,
+        /// Damping in proportion to mass, the α of the force −α m v on every node.
+        mass_damping: Quantity<NotNegative<Rate>> = default("0.0"),
+        /// A slow process of which only the shapes and forces matter, not the time: ramp, mass scaling and damping are chosen
+        /// for it. Off unless given.
+        quasi_static: QuasiStaticTable = optional,
+    }
+}
+
+deck_table! {
+    /// Mass added at time 0. It has inertia but no weight.
+    pub struct MassScalingTable {
+        /// The step that the run begins with at least: elements whose own, times the safety factor, is shorter are made heavier.
+        target_time_step: Quantity<Positive<Time>> = optional,
+        /// Factor on the mass of every element, before that.
+        factor: At<Quantity<AtLeastOne>> = default("1.0"),
+        /// Largest mass that the target may add to a part, as a share of its mass.
+        limit: Quantity<NotNegative<Number>> = default("'5 %'"),
+        /// Largest kinetic energy of added mass, as a share of the largest energy in play so far. From a tenth of the time on the
+        /// run stops when it is passed.
+        kinetic_limit: Quantity<Positive<Number>> = default("'10 %'"),
+    }
+}
+
+deck_table! {
+    /// The process lasts as long as a wave needs to run through the body so many times: the factor on the mass of every element
+    /// follows from that. Every curve of motion and load is smooth between its points, and vibration is damped.
+    pub struct QuasiStaticTable {
+        /// Passes of a wave through the longest side of the body. The more, the slower the process, and the longer the run.
+        transits: Quantity<Positive<Number>> = default("100.0"),
+        /// Damping ratio of the slowest vibration of a bar as long as the body that is held at one end.
+        damping: Quantity<Share> = default("0.01"),
     }
 }
 

@@ -102,6 +102,15 @@ impl Measure for Fraction {
     const INTERVAL: Interval = Interval { high: Some(Included(1.0)), ..Interval::POSITIVE };
 }
 
+/// A factor that makes greater: 1 or more.
+#[derive(Clone, Copy, Debug)]
+pub struct AtLeastOne;
+
+impl Measure for AtLeastOne {
+    const DIMENSION: Dimension = Dimension::NUMBER;
+    const INTERVAL: Interval = Interval { low: Some(Included(1.0)), high: None };
+}
+
 /// A share of a whole: from 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Share;
@@ -477,6 +486,39 @@ impl FromDeck for NewProbeName {
         let name = At::<String>::decode(node, decoder)?;
         decoder.definitions.push(Mention { of: Named::Probe, name: name.clone() });
         checked_name(&name.value, name.span, Named::Probe, decoder)?;
+        Some(Self(name))
+    }
+}
+
+/// The name of a rigid wall, where it is defined.
+#[derive(Clone, Debug)]
+pub struct NewWallName(pub At<String>);
+
+impl FromDeck for NewWallName {
+    fn schema() -> Schema {
+        Schema::Text("a name of your own")
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let name = At::<String>::decode(node, decoder)?;
+        decoder.definitions.push(Mention { of: Named::Wall, name: name.clone() });
+        checked_name(&name.value, name.span, Named::Wall, decoder)?;
+        Some(Self(name))
+    }
+}
+
+/// The name of a rigid wall, where it is used.
+#[derive(Clone, Debug)]
+pub struct WallName(pub At<String>);
+
+impl FromDeck for WallName {
+    fn schema() -> Schema {
+        Schema::Text("the name of a rigid wall")
+    }
+
+    fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
+        let name = At::<String>::decode(node, decoder)?;
+        decoder.mentions.push(Mention { of: Named::Wall, name: name.clone() });
         Some(Self(name))
     }
 }

@@ -1,0 +1,92 @@
+//! Mass scaling: elements made heavier so that the run takes longer steps.
+//!
+//! The stable step of an element goes with the square root of its mass. A factor on every mass (density scaling) makes a slow
+//! process quick to compute; a target makes heavier only those few elements that would hold the step down. The mass stays as
+//! it is made at time 0, so that momentum and energy keep their balance; when elements shrink the step shrinks with them.
+//! Added mass has inertia but no weight. The ledger shows the kinetic energy of it.
+
+use crate::error::ModelError;
+use crate::model::MassScaling;
+use crate::simulation::{Simulation, corner_mass};
+
+/// An element that a target makes heavier.
+struct Light {
+    /// Its number in the block.
+    element: usize,
+    /// Its mass, kg.
+    mass: f64,
+    /// The time step that it allows, s.
+    time_step: f64,
+}
+
+impl Light {
+    /// Factor on its mass for a time step: Δt ∝ √m.
+    fn factor(&self, target: f64) -> f64 {
+        (target / self.time_step).powi(2).max(1.0)
+    }
+}
+
+impl Simulation {
+    /// Makes the elements heavier that do not allow the target step. `densities` are those of the parts, with the factor of the
+    /// scaling in them; `added` takes the mass that each part gets.
+    pub(crate) fn scale_to_target(
+        &mut self,
+        scaling: &MassScaling,
+        densities: &[f64],
+        masses: &[f64],
+        added: &mut [f64],
+    ) -> Result<(), ModelError> {
+        let target = scaling.target_time_step;
+        let undamped = self.stable_time_steps().into_iter().fold(f64::INFINITY, f64::min);
+        // safety factor, and what bulk viscosity takes of the step, the same share of every element at rest
+        let share = self.settings.safety_factor * self.elements.stable_time_step.value / undamped;
+        for (part, block) in self.blocks.iter_mut().enumerate() {
+            let mut light = Vec::new();
+            for (element, &hex) in block.elements.hexes().iter().enumerate() {
+                let time_step = share * block.elements.stable_time_step(element);
+                if time_step < target {
+                    let mass = corner_mass(hex, &self.mesh, densities[part])?.iter().sum();
+                    light.push(Light { element, mass, time_step });
+                }
+            }
+            let addition =
+                |target: f64| light.iter().map(|light| light.mass * (light.factor(target) - 1.0)).sum::<f64>();
+            let (of_target, allowed) = (addition(target), scaling.limit * masses[part]);
+            if of_target > allowed {
+                let attainable = largest_within(allowed, target, addition);
+                return Err(ModelError::AddedMass {
+                    part,
+                    share: of_target / masses[part],
+                    limit: scaling.limit,
+                    count: light.len(),
+                    attainable,
+                });
+            }
+            added[part] += of_target;
+            for light in light {
+                let (factor, hex) = (light.factor(target), block.elements.hexes()[light.element]);
+                let corner_mass = corner_mass(hex, &self.mesh, densities[part])?;
+                for (&node, corner_mass) in self.mesh.hexes()[hex as usize].iter().zip(corner_mass) {
+                    self.nodes.mass[node as usize] += (factor - 1.0) * corner_mass;
+                }
+                block.elements.scale_mass(light.element, factor);
+            }
+        }
+        Ok(())
+    }
+
+    /// Mass that mass scaling has added to each part, kg.
+    pub fn added_mass(&self) -> &[f64] {
+        &self.added_mass
+    }
+}
+
+/// The largest target, to a part in 10⁴ and rounded down, whose addition is allowed: the addition grows with the target.
+fn largest_within(allowed: f64, target: f64, addition: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, target);
+    while high - low > 1e-4 * high {
+        let middle = 0.5 * (low + high);
+        if addition(middle) > allowed { high = middle } else { low = middle }
+    }
+    low
+}
