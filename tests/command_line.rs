@@ -714,13 +714,13 @@ fn every_example_is_written_and_good() {
     let workshop = Workshop::new();
     let list = workshop.estar(&["example", "--list"]).text;
     let names: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
-    assert_eq!(names, ["taylor", "necking", "cook"]);
+    assert_eq!(names, ["taylor", "necking", "cook", "upset"]);
     for name in names {
         workshop.estar(&["example", name]).assert(0, &[]);
         let deck = Path::new(name).join(format!("{name}.toml"));
         workshop.estar(&["check", &deck.display().to_string()]).assert(0, &[]);
     }
     workshop.estar(&["example", "taylor"]).assert(2, &["is there already"]);
-    workshop.estar(&["example", "tailor"]).assert(2, &["there is no example `tailor`", "taylor, necking, cook"]);
+    workshop.estar(&["example", "tailor"]).assert(2, &["there is no example `tailor`", "taylor, necking, cook, upset"]);
     workshop.estar(&["example"]).assert(2, &["NAME"]);
 }

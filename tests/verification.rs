@@ -250,6 +250,9 @@ verification! {
     #[ignore = "long"] taylor_theory_simo_miehe
     #[ignore = "long"] taylor_theory_neo_hooke
     #[ignore = "long"] taylor_theory_green_naghdi
+    upset_frictionless
+    upset_coulomb
+    upset_sticking
 }
 
 /// The table of cases as docs/verification.md shows it.

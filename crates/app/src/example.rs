@@ -38,7 +38,7 @@ macro_rules! files {
     };
 }
 
-const EXAMPLES: [Example; 3] = [
+const EXAMPLES: [Example; 4] = [
     Example {
         name: "taylor",
         about: "a copper rod hits a rigid wall at 227 m/s and mushrooms",
@@ -46,6 +46,11 @@ const EXAMPLES: [Example; 3] = [
     },
     Example { name: "necking", about: "a round bar is pulled until it necks", files: files!("necking") },
     Example { name: "cook", about: "Cook's membrane: bending and shear of a plastic panel", files: files!("cook") },
+    Example {
+        name: "upset",
+        about: "a billet is upset between rough platens: moving rigid walls, a quasi-static process",
+        files: files!("upset"),
+    },
 ];
 
 /// Writes an example, or lists them.
