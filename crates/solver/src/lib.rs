@@ -10,6 +10,7 @@ mod curve;
 mod energy;
 mod error;
 pub mod fields;
+mod global_time_step;
 mod loads;
 mod memory;
 pub mod model;

@@ -3,7 +3,7 @@
 use crate::fields::HexMeans;
 use crate::model::{Formulation, Part};
 use crate::patch::{PATCH, Patches};
-use estar_element::element::{Element, ElementHistory, ElementStep, ElementVisitor};
+use estar_element::element::{Element, ElementHistory, ElementStep, ElementVisitor, Tangent};
 use estar_element::hex8::{CORNERS, CornerVectors, HexMotion, HexUpdate};
 use estar_material::{Material, MaterialVisitor};
 use estar_tensor::{Kernel, LaneLevel, Mask, Real, SymmetricTensor, Vector3, WithLanes, array, dispatch, prefetch};
@@ -58,6 +58,26 @@ pub(crate) struct BlockReport {
     pub deleted_count: u32,
     /// The stress power that they had taken until then.
     pub deleted_energy: f64,
+    /// By how much the largest eigenvalue of the assembled mesh may have grown since its estimate, 1/s².
+    pub growth: f64,
+}
+
+/// What a step is held against.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepLimits {
+    /// Of a block that deletes elements, those are whose stable time step is below this, s.
+    pub least_stable_time_step: f64,
+    /// The largest eigenvalue of the assembled mesh when it was estimated, 1/s².
+    pub eigenvalue: f64,
+}
+
+/// What a block does besides moving its elements.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Behaviour {
+    /// It deletes elements that turn inside out.
+    pub deletes: bool,
+    /// It watches how the frequencies of its elements grow.
+    pub watches: bool,
 }
 
 impl BlockReport {
@@ -71,6 +91,7 @@ impl BlockReport {
         not_finite: None,
         deleted_count: 0,
         deleted_energy: 0.0,
+        growth: 0.0,
     };
 
     /// The report of this and of a later block or patch.
@@ -85,6 +106,7 @@ impl BlockReport {
             not_finite: self.not_finite.or(later.not_finite),
             deleted_count: self.deleted_count + later.deleted_count,
             deleted_energy: self.deleted_energy + later.deleted_energy,
+            growth: self.growth.max(later.growth),
         }
     }
 }
@@ -117,15 +139,26 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// The nodes of the block.
     fn patches(&self) -> &Patches;
 
-    /// Moves every element to t_{n+1} and writes the forces −∫ T ∇N_a dV on the nodes of each patch to its rows. Of a block
-    /// that deletes elements, one whose stable time step is below `least_stable_time_step` (s) is deleted, too.
+    /// Moves every element to t_{n+1} and writes the forces −∫ T ∇N_a dV on the nodes of each patch to its rows.
     fn advance(
         &mut self,
         motion: NodalMotion<'_>,
         step: &ElementStep,
-        least_stable_time_step: f64,
+        limits: &StepLimits,
         patch_forces: &mut [[f64; 4]],
     ) -> BlockReport;
+
+    /// Finds what the linear forces need besides the geometry, at t_n with the damping of the step.
+    fn find_tangents(&mut self, motion: NodalMotion<'_>, step: &ElementStep);
+
+    /// Writes the linear forces −(K + 2C/Δt) z on the nodes of each patch to its rows, z for the velocity of the motion.
+    fn apply_tangents(&self, motion: NodalMotion<'_>, patch_forces: &mut [[f64; 4]]);
+
+    /// Takes the frequencies of the elements as of the last step for those that their growth is measured from.
+    fn watch(&mut self);
+
+    /// Whether the elements damp of themselves.
+    fn is_damped(&self) -> bool;
 
     /// Bytes of the block's own data, rows of forces included, that [`ElementBlock::advance`] reads and writes.
     fn bytes_per_step(&self) -> usize;
@@ -150,17 +183,16 @@ pub(crate) trait ElementBlock: Send + Sync {
     fn restore(&mut self, next: &mut dyn FnMut() -> f64);
 }
 
-/// The block of a part. `corner_mass` is the smallest corner mass of each of its hexes; `deletes` says whether elements that
-/// turn inside out are deleted.
+/// The block of a part. `corner_mass` is the smallest corner mass of each of its hexes.
 pub(crate) fn block(
     part: Part,
     hexes: &[[u32; 8]],
     corner_mass: Vec<f64>,
-    deletes: bool,
+    behaviour: Behaviour,
     level: LaneLevel,
 ) -> Box<dyn ElementBlock> {
     let connectivity = part.hexes.iter().map(|&hex| hexes[hex as usize]).collect();
-    let elements = Elements { hexes: part.hexes, connectivity, corner_mass, deletes };
+    let elements = Elements { hexes: part.hexes, connectivity, corner_mass, behaviour };
     part.material.visit(BlockOf { formulation: part.element, elements, level })
 }
 
@@ -199,7 +231,7 @@ struct Elements {
     hexes: Vec<u32>,
     connectivity: Vec<[u32; CORNERS]>,
     corner_mass: Vec<f64>,
-    deletes: bool,
+    behaviour: Behaviour,
 }
 
 struct NewBlock<M, E> {
@@ -230,7 +262,38 @@ struct SolidBlock<M: Material, E: Element, R: Real> {
     /// Stress power that each element of each patch has taken, J, for the ledger of those that are deleted; empty where none
     /// ever is.
     internal_energies: Vec<Vec<R>>,
+    /// Frequencies of each pack of elements of each patch; empty where nobody watches them.
+    frequencies: Vec<Vec<Frequencies<R>>>,
+    /// Of each pack, since the last [`ElementBlock::find_tangents`].
+    tangents: Vec<Tangent<R>>,
     reports: Vec<BlockReport>,
+}
+
+/// Squares of the highest frequencies that elements may have, ω_e² = 4/Δt_e², 1/s².
+#[derive(Clone, Copy)]
+struct Frequencies<R> {
+    /// As of the last step.
+    now: R,
+    /// When the assembled mesh was last looked at.
+    then: R,
+}
+
+/// A value for each pack of each patch where there are any.
+fn of_packs<R: Real, T: Copy>(value: T, pack_count: usize, has_any: bool) -> Vec<Vec<T>> {
+    let packs = PATCH / R::LANES;
+    let count = |patch: usize| if has_any { (pack_count - patch * packs).min(packs) } else { 0 };
+    (0..pack_count.div_ceil(packs)).map(|patch| vec![value; count(patch)]).collect()
+}
+
+impl<R: Real> Frequencies<R> {
+    /// Enters the stable time step of now, and tells the growth of the frequencies as it counts for the assembled mesh.
+    #[inline(always)]
+    fn growth(&mut self, stable_time_step: R, eigenvalue: f64) -> R {
+        let half = stable_time_step * 0.5;
+        self.now = (half * half).recip();
+        // Δω² min(1, Λ/ω²)
+        (self.now - self.then) * (R::splat(eigenvalue) / self.then).min(R::splat(1.0))
+    }
 }
 
 impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
@@ -239,10 +302,11 @@ impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
 
     fn new(block: NewBlock<M, E>) -> Self {
         let NewBlock { element, elements, material } = block;
-        let Elements { hexes, connectivity, corner_mass, deletes } = elements;
+        let Elements { hexes, connectivity, corner_mass, behaviour } = elements;
         let count = hexes.len();
         let pack_count = count.div_ceil(R::LANES);
         let initial = E::initial_history(&material, 0.0);
+        let zero = R::splat(0.0);
         let mass = |pack: usize| R::from_lanes(|lane| corner_mass[(pack * R::LANES + lane).min(count - 1)]);
         Self {
             material,
@@ -252,12 +316,9 @@ impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
             corner_mass: (0..pack_count).map(mass).collect(),
             // each thread is the first to touch its part, which takes as long as all else here
             history: (0..pack_count).into_par_iter().map(|_| initial).collect(),
-            internal_energies: (0..count.div_ceil(PATCH))
-                .map(|patch| {
-                    let packs = (pack_count - patch * PATCH / R::LANES).min(PATCH / R::LANES);
-                    vec![R::splat(0.0); if deletes { packs } else { 0 }]
-                })
-                .collect(),
+            internal_energies: of_packs::<R, _>(zero, pack_count, behaviour.deletes),
+            frequencies: of_packs::<R, _>(Frequencies { now: zero, then: zero }, pack_count, behaviour.watches),
+            tangents: Vec::new(),
             reports: vec![BlockReport::EMPTY; count.div_ceil(PATCH)],
         }
     }
@@ -276,7 +337,7 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         &mut self,
         motion: NodalMotion<'_>,
         step: &ElementStep,
-        least_stable_time_step: f64,
+        limits: &StepLimits,
         patch_forces: &mut [[f64; 4]],
     ) -> BlockReport {
         let packs = PATCH / R::LANES;
@@ -289,20 +350,25 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
             .zip(self.corner_mass.par_chunks(packs))
             .zip(patch_forces.par_chunks_mut(patches.stride()))
             .zip(self.internal_energies.par_iter_mut())
+            .zip(self.frequencies.par_iter_mut())
             .zip(self.reports.par_iter_mut())
             .enumerate();
         work.for_each(
-            |(patch, ((((((history, hexes), corners), corner_mass), forces), internal_energies), report))| {
+            |(
+                patch,
+                (((((((history, hexes), corners), corner_mass), forces), internal_energies), frequencies), report),
+            )| {
                 let nodes = patches.nodes(patch);
                 let kernel = PatchKernel {
                     material,
                     element,
                     motion,
                     step,
-                    least_stable_time_step,
+                    limits,
                     hexes,
                     history,
                     internal_energies,
+                    frequencies,
                     nodes,
                     corners,
                     corner_mass,
@@ -314,8 +380,58 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         self.reports.iter().fold(BlockReport::EMPTY, BlockReport::followed_by)
     }
 
+    fn find_tangents(&mut self, motion: NodalMotion<'_>, step: &ElementStep) {
+        let packs = PATCH / R::LANES;
+        let (material, element, patches) = (&self.material, self.element, &self.patches);
+        self.tangents.resize(self.history.len(), Tangent::none());
+        let work = self
+            .tangents
+            .par_chunks_mut(packs)
+            .zip(self.history.par_chunks(packs))
+            .zip(patches.corners().par_chunks(packs * Self::PACK_CORNERS))
+            .zip(self.corner_mass.par_chunks(packs))
+            .enumerate();
+        work.for_each(|(patch, (((tangents, history), corners), corner_mass))| {
+            let nodes = patches.nodes(patch);
+            let pieces = Pieces { motion, nodes, corners, history };
+            R::vectorize(TangentKernel { material, element, pieces, step, corner_mass, tangents });
+        });
+    }
+
+    fn apply_tangents(&self, motion: NodalMotion<'_>, patch_forces: &mut [[f64; 4]]) {
+        let packs = PATCH / R::LANES;
+        let (material, element, patches) = (&self.material, self.element, &self.patches);
+        let work = patch_forces
+            .par_chunks_mut(patches.stride())
+            .zip(self.hexes.par_chunks(PATCH))
+            .zip(self.history.par_chunks(packs))
+            .zip(patches.corners().par_chunks(packs * Self::PACK_CORNERS))
+            .zip(self.tangents.par_chunks(packs))
+            .enumerate();
+        work.for_each(|(patch, ((((forces, hexes), history), corners), tangents))| {
+            let nodes = patches.nodes(patch);
+            let (pieces, forces) = (Pieces { motion, nodes, corners, history }, &mut forces[..nodes.len()]);
+            let deletes = !self.internal_energies[patch].is_empty();
+            R::vectorize(LinearKernel { material, element, pieces, count: hexes.len(), deletes, tangents, forces });
+        });
+    }
+
+    fn watch(&mut self) {
+        for frequencies in self.frequencies.iter_mut().flatten() {
+            frequencies.then = frequencies.now;
+        }
+    }
+
+    fn is_damped(&self) -> bool {
+        self.element.is_damped()
+    }
+
     fn bytes_per_step(&self) -> usize {
-        size_of_val(&*self.corner_mass) + 2 * size_of_val(&*self.history) + self.patches.bytes_per_step()
+        let frequencies: usize = self.frequencies.iter().map(|of_patch| size_of_val(&**of_patch)).sum();
+        size_of_val(&*self.corner_mass)
+            + 2 * size_of_val(&*self.history)
+            + 2 * frequencies
+            + self.patches.bytes_per_step()
     }
 
     fn stable_time_step(&self, element: usize) -> f64 {
@@ -352,6 +468,10 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
             if let Some(energy) = energies.get(element % PATCH / R::LANES) {
                 visit(energy.lane(lane));
             }
+            if let Some(frequencies) = self.frequencies[element / PATCH].get(element % PATCH / R::LANES) {
+                visit(frequencies.now.lane(lane));
+                visit(frequencies.then.lane(lane));
+            }
         }
     }
 
@@ -360,9 +480,11 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         let mut count = 0;
         self.history[0].for_each(|_| count += 1);
         let deletes = self.internal_energies.iter().any(|energies| !energies.is_empty());
-        count += usize::from(deletes);
+        let watches = self.frequencies.iter().any(|frequencies| !frequencies.is_empty());
+        count += usize::from(deletes) + 2 * usize::from(watches);
         let mut numbers = vec![0.0; count * R::LANES];
         let mut internal_energies = self.internal_energies.iter_mut().flatten();
+        let mut frequencies = self.frequencies.iter_mut().flatten();
         for (pack, hexes) in self.history.iter_mut().zip(self.hexes.chunks(R::LANES)) {
             numbers[..count * hexes.len()].fill_with(&mut *next);
             let mut at = 0;
@@ -375,6 +497,9 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
             if let Some(energy) = internal_energies.next() {
                 *energy = number();
             }
+            if let Some(frequencies) = frequencies.next() {
+                *frequencies = Frequencies { now: number(), then: number() };
+            }
         }
     }
 }
@@ -385,11 +510,13 @@ struct PatchKernel<'a, M: Material, E: Element, R: Real> {
     element: E,
     motion: NodalMotion<'a>,
     step: &'a ElementStep,
-    least_stable_time_step: f64,
+    limits: &'a StepLimits,
     hexes: &'a [u32],
     history: &'a mut [History<M, E, R>],
     /// Of each pack; empty where no element is ever deleted.
     internal_energies: &'a mut [R],
+    /// Of each pack; empty where nobody watches them.
+    frequencies: &'a mut [Frequencies<R>],
     nodes: &'a [u32],
     corners: &'a [u16],
     corner_mass: &'a [R],
@@ -405,6 +532,7 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
         let slots = SUM_SLOTS / R::LANES;
         let mut min_jacobian = LaneExtreme::none();
         let mut stable_time_step = LaneExtreme::none();
+        let mut growth = R::splat(0.0);
         let mut not_finite = None;
         let deletes = !self.internal_energies.is_empty();
         let mut deleted = Deleted { count: 0, energy: 0.0 };
@@ -454,7 +582,7 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
             let mut update = self.element.advance(self.material, history, upcoming, &motion, self.step);
             if deletes {
                 let energy_so_far = &mut self.internal_energies[pack];
-                let is_flat = update.stable_time_step.lt(R::splat(self.least_stable_time_step));
+                let is_flat = update.stable_time_step.lt(R::splat(self.limits.least_stable_time_step));
                 let ends = (update.min_jacobian.le(zero) | is_flat) & !is_deleted;
                 is_deleted = is_deleted | ends;
                 if is_deleted.any() {
@@ -471,14 +599,7 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
                 R::scatter(force.0, &mut corner_forces.as_flattened_mut()[corner..], CORNERS);
                 force_sum += force.0[0] + force.0[1] + force.0[2];
             }
-            for (lane, forces) in corner_forces[..hexes.len()].iter().enumerate() {
-                for (corner, force) in forces.iter().enumerate() {
-                    let sum = &mut self.forces[corners[corner * R::LANES + lane] as usize];
-                    for (sum, force) in sum.iter_mut().zip(force) {
-                        *sum -= force;
-                    }
-                }
-            }
+            subtract::<R>(self.forces, &corner_forces[..hexes.len()], corners);
             let finite =
                 force_sum.is_finite() & update.internal_energy.is_finite() & update.stable_time_step.is_finite();
             let finite = finite | is_deleted;
@@ -498,6 +619,9 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
             }
             min_jacobian.enter(update.min_jacobian, pack);
             stable_time_step.enter(update.stable_time_step, pack);
+            if let Some(frequencies) = self.frequencies.get_mut(pack) {
+                growth = growth.max(frequencies.growth(update.stable_time_step, self.limits.eigenvalue));
+            }
         }
         let total =
             |energy: usize| (0..SUM_SLOTS).map(|slot| sums[slot / R::LANES][energy].lane(slot % R::LANES)).sum();
@@ -511,6 +635,111 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
             not_finite,
             deleted_count: deleted.count,
             deleted_energy: deleted.energy,
+            growth: (0..R::LANES).map(|lane| growth.lane(lane)).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// Where the elements of a patch are, and their histories.
+struct Pieces<'a, M: Material, E: Element, R: Real> {
+    motion: NodalMotion<'a>,
+    nodes: &'a [u32],
+    corners: &'a [u16],
+    history: &'a [History<M, E, R>],
+}
+
+impl<M: Material, E: Element, R: Real> Pieces<'_, M, E, R> {
+    /// The motion of a pack.
+    #[inline(always)]
+    fn motion(&self, pack: usize, corner_mass: R, deletes: bool) -> HexMotion<R> {
+        let count = SolidBlock::<M, E, R>::PACK_CORNERS;
+        let mut nodes = [0; CORNERS * MOST_LANES];
+        for (node, &corner) in nodes.iter_mut().zip(&self.corners[pack * count..(pack + 1) * count]) {
+            *node = self.nodes[corner as usize];
+        }
+        let (nodes, corner) = (&nodes[..count], [Vector3::zero(); CORNERS]);
+        let mut motion = HexMotion { reference: corner, position: corner, velocity: corner, corner_mass };
+        gather(&mut motion.reference, self.motion.reference, nodes);
+        gather(&mut motion.position, self.motion.displacement, nodes);
+        gather(&mut motion.velocity, self.motion.velocity, nodes);
+        for (position, reference) in motion.position.iter_mut().zip(&motion.reference) {
+            *position = *reference + *position;
+        }
+        if deletes {
+            rest(self.history[pack].stable_time_step(), &mut motion);
+        }
+        motion
+    }
+}
+
+/// Finds the tangents of a patch.
+struct TangentKernel<'a, M: Material, E: Element, R: Real> {
+    material: &'a M,
+    element: E,
+    pieces: Pieces<'a, M, E, R>,
+    step: &'a ElementStep,
+    corner_mass: &'a [R],
+    tangents: &'a mut [Tangent<R>],
+}
+
+impl<M: Material, E: Element, R: Real> Kernel for TangentKernel<'_, M, E, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (pack, tangent) in self.tangents.iter_mut().enumerate() {
+            let motion = self.pieces.motion(pack, self.corner_mass[pack], true);
+            let history = &self.pieces.history[pack];
+            let found = self.element.tangent(self.material, history, &motion, self.step);
+            // deleted elements have none
+            let is_there = history.stable_time_step().lt(R::splat(f64::INFINITY));
+            *tangent = Tangent::select(is_there, &found, &Tangent::none());
+        }
+    }
+}
+
+/// Linear forces of a patch.
+struct LinearKernel<'a, M: Material, E: Element, R: Real> {
+    material: &'a M,
+    element: E,
+    pieces: Pieces<'a, M, E, R>,
+    /// Elements.
+    count: usize,
+    deletes: bool,
+    tangents: &'a [Tangent<R>],
+    forces: &'a mut [[f64; 4]],
+}
+
+impl<M: Material, E: Element, R: Real> Kernel for LinearKernel<'_, M, E, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let elasticity = self.material.elasticity();
+        let mut corner_forces = [[[0.0; 4]; CORNERS]; MOST_LANES];
+        self.forces.fill([0.0; 4]);
+        let corners = self.pieces.corners.chunks_exact(SolidBlock::<M, E, R>::PACK_CORNERS);
+        for ((pack, tangent), corners) in self.tangents.iter().enumerate().zip(corners) {
+            let motion = self.pieces.motion(pack, R::splat(0.0), self.deletes);
+            let forces = self.element.linear_forces(elasticity, tangent, &motion.position, &motion.velocity);
+            for (corner, force) in forces.iter().enumerate() {
+                R::scatter(force.0, &mut corner_forces.as_flattened_mut()[corner..], CORNERS);
+            }
+            let lanes = (self.count - pack * R::LANES).min(R::LANES);
+            subtract::<R>(self.forces, &corner_forces[..lanes], corners);
+        }
+    }
+}
+
+/// Subtracts the forces on the corners of a pack from the rows of its patch.
+#[inline(always)]
+fn subtract<R: Real>(rows: &mut [[f64; 4]], corner_forces: &[[[f64; 4]; CORNERS]], corners: &[u16]) {
+    for (lane, forces) in corner_forces.iter().enumerate() {
+        for (corner, force) in forces.iter().enumerate() {
+            let sum = &mut rows[corners[corner * R::LANES + lane] as usize];
+            for (sum, force) in sum.iter_mut().zip(force) {
+                *sum -= force;
+            }
         }
     }
 }
