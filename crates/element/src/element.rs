@@ -39,11 +39,12 @@ pub trait Element: Copy + Send + Sync + 'static {
     /// Whether it damps without bulk viscosity.
     fn is_damped(self) -> bool;
 
-    /// What the linear forces need besides the geometry, at t_n. `step.time_step` is the Δt of K + 2C/Δt.
-    fn tangent<R: Real, M: Material>(
+    /// What the linear forces need besides the geometry, at t_n, of an element with this stable time step (s). `step.time_step` is the
+    /// Δt of K + 2C/Δt.
+    fn tangent<R: Real>(
         self,
-        material: &M,
-        history: &Self::History<R, M::State<R>>,
+        elasticity: &IsotropicElasticity,
+        stable_time_step: R,
         motion: &HexMotion<R>,
         step: &ElementStep,
     ) -> Tangent<R>;

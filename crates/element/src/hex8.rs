@@ -164,22 +164,21 @@ impl Element for Formulation {
     }
 
     #[inline(always)]
-    fn tangent<R: Real, M: Material>(
+    fn tangent<R: Real>(
         self,
-        material: &M,
-        history: &HexHistory<M::State<R>, R>,
+        elasticity: &IsotropicElasticity,
+        stable_time_step: R,
         motion: &HexMotion<R>,
         step: &ElementStep,
     ) -> Tangent<R> {
-        let elasticity = material.elasticity();
         let viscous_modulus = step.bulk_viscosity.map_or(R::splat(0.0), |viscosity| {
             let [reference, position, velocity] =
                 [&motion.reference, &motion.position, &motion.velocity].map(eightfold_modes);
             let centre = Centre::new(&reference, &position, &velocity, 0.0);
-            viscosity.modulus(&viscous_state(elasticity, &centre, history.stable_time_step)) * (2.0 / step.time_step)
+            viscosity.modulus(&viscous_state(elasticity, &centre, stable_time_step)) * (2.0 / step.time_step)
         });
         Tangent {
-            stiffening: stiffening(self, elasticity, history.stable_time_step, motion),
+            stiffening: stiffening(self, elasticity, stable_time_step, motion),
             viscous_modulus,
             hourglass_modulus: R::splat(0.0),
         }

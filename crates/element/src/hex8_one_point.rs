@@ -407,14 +407,13 @@ impl Element for HourglassControl {
     }
 
     #[inline(always)]
-    fn tangent<R: Real, M: Material>(
+    fn tangent<R: Real>(
         self,
-        material: &M,
-        history: &Self::History<R, M::State<R>>,
+        elasticity: &IsotropicElasticity,
+        stable_time_step: R,
         motion: &HexMotion<R>,
         step: &ElementStep,
     ) -> Tangent<R> {
-        let elasticity = material.elasticity();
         let zero = R::splat(0.0);
         let [reference, position, velocity] = [&motion.reference, &motion.position, &motion.velocity].map(coefficients);
         let now = MeanOperator::new(&position);
@@ -422,10 +421,10 @@ impl Element for HourglassControl {
         let per_half_step = 2.0 / step.time_step;
         let viscous_modulus = step.bulk_viscosity.map_or(zero, |bulk_viscosity| {
             let volumetric_rate = now.gradient(&velocity).trace();
-            let state = viscous_state(elasticity, volumetric_rate, jacobian, history.stable_time_step);
+            let state = viscous_state(elasticity, volumetric_rate, jacobian, stable_time_step);
             bulk_viscosity.modulus(&state) * per_half_step
         });
-        let stiffening = stiffening(self, elasticity, history.stable_time_step, motion);
+        let stiffening = stiffening(self, elasticity, stable_time_step, motion);
         let hourglass_modulus = match self {
             Self::Physical => zero,
             Self::Stiffness { coefficient } => {

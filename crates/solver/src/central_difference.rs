@@ -84,7 +84,7 @@ impl Simulation {
         self.energies.viscous += self.elements.viscous_energy;
         self.energies.hourglass += self.elements.hourglass_energy;
         if let Some(global) = &mut self.global_time_step {
-            global.growth = self.elements.growth;
+            (global.growth, global.decline) = (self.elements.growth, self.elements.decline);
         }
     }
 

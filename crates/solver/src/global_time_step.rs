@@ -23,7 +23,9 @@
 //! **Between estimates** each element tells by how much the square of its own frequency, ω_e² = 4/Δt_e², has grown since. If its
 //! stiffness has grown by no more than the ratio of the two, then Λ has grown by at most the largest growth of ω_e² where
 //! ω_e² ≤ Λ, and by that ratio where ω_e² > Λ, of elements that lean on the mass of others: max_e (Δω_e² min(1, Λ/ω_e²)).
-//! Once that is [`TOLERATED_GROWTH`] of Λ the next estimate comes early. The step is never below that of the bound of the elements.
+//! The bound of an element is not its frequency: a distorted element that becomes more regular may stiffen while its bound does
+//! not. So once that growth, or a decline of the same kind, is [`TOLERATED_CHANGE`] of Λ the next estimate comes early. The step is never
+//! below that of the bound of the elements.
 
 use crate::assembly::RowLists;
 use crate::central_difference::CHUNK;
@@ -37,11 +39,12 @@ use rayon::prelude::*;
 const UNDERESTIMATE: f64 = 0.04;
 /// The chance that it underestimates it by more, for the worst of all spectra.
 const CHANCE: f64 = 1e-4;
-/// Growth of Λ between estimates, as a share of it, after which the next comes early.
-const TOLERATED_GROWTH: f64 = 0.1;
+/// Growth or decline of Λ between estimates, as a share of it, after which the next comes early.
+const TOLERATED_CHANGE: f64 = 0.1;
 /// Estimates that come early are at least this share of the interval apart.
 const EARLIEST: u64 = 8;
-/// Times that the weight of damping is made to fit a converged step.
+/// Accuracy to which the weight of damping is made to fit the first step, and the times that this is tried.
+const FIT: f64 = 1e-3;
 const MOST_FITS: usize = 50;
 
 /// The largest eigenvalue of the assembled mesh as of some step, and what it takes to find it.
@@ -54,13 +57,17 @@ pub(crate) struct GlobalTimeStep {
     pub step: u64,
     /// By how much it may have grown since, 1/s².
     pub growth: f64,
+    /// By how much it may have fallen.
+    pub decline: f64,
+    /// Estimates so far.
+    pub count: u64,
     lanczos: Lanczos,
 }
 
 impl GlobalTimeStep {
     pub fn new(interval: u64, node_count: usize) -> Self {
         let lanczos = Lanczos::new(node_count, estimating_steps(3 * node_count));
-        Self { interval, eigenvalue: f64::INFINITY, step: 0, growth: 0.0, lanczos }
+        Self { interval, eigenvalue: f64::INFINITY, step: 0, growth: 0.0, decline: 0.0, count: 0, lanczos }
     }
 
     /// 2/√Λ, s.
@@ -70,7 +77,8 @@ impl GlobalTimeStep {
 
     fn is_due(&self, step: u64) -> bool {
         let age = step - self.step;
-        age >= self.interval || (self.growth > TOLERATED_GROWTH * self.eigenvalue && age * EARLIEST >= self.interval)
+        let has_changed = self.growth.max(self.decline) > TOLERATED_CHANGE * self.eigenvalue;
+        age >= self.interval || (has_changed && age * EARLIEST >= self.interval)
     }
 }
 
@@ -87,15 +95,17 @@ impl Simulation {
         self.global_time_step.as_ref().map_or(of_elements, |global| of_elements.max(global.stable_time_step()))
     }
 
+    /// Estimates of the stable time step of the assembled mesh so far.
+    pub fn estimate_count(&self) -> u64 {
+        self.global_time_step.as_ref().map_or(0, |global| global.count)
+    }
+
     /// The first estimate, which leaves no forces in the rows of the patches.
     pub(crate) fn begin_global_time_step(&mut self) {
         let Some(mut global) = self.global_time_step.take() else { return };
-        // a second one with the damping of the step that the first one gives
-        let mut time_step = self.elements.stable_time_step.value;
-        for _ in 0..2 {
-            time_step = self.estimated_time_step(&mut global.lanczos, time_step).max(time_step);
-        }
+        let time_step = self.first_estimate(&mut global.lanczos);
         global.eigenvalue = 4.0 / (time_step * time_step);
+        global.count = 1;
         self.global_time_step = Some(global);
         self.watch_elements();
     }
@@ -109,7 +119,8 @@ impl Simulation {
         let Some(mut global) = self.global_time_step.take() else { return };
         let estimate = self.estimated_time_step(&mut global.lanczos, time_step);
         global.eigenvalue = 4.0 / (estimate * estimate);
-        (global.step, global.growth) = (self.step, 0.0);
+        (global.step, global.growth, global.decline) = (self.step, 0.0, 0.0);
+        global.count += 1;
         self.global_time_step = Some(global);
         self.watch_elements();
     }
@@ -118,9 +129,22 @@ impl Simulation {
     pub fn global_time_step(&mut self) -> f64 {
         let node_count = self.nodes.mass.len();
         let mut lanczos = Lanczos::new(node_count, estimating_steps(3 * node_count));
-        let of_elements = self.elements.stable_time_step.value;
-        let first = self.estimated_time_step(&mut lanczos, of_elements).max(of_elements);
-        self.estimated_time_step(&mut lanczos, first).max(of_elements)
+        self.first_estimate(&mut lanczos)
+    }
+
+    /// The estimate where no earlier one tells with which step damping counts: the same over and over, from the bound of the elements
+    /// on.
+    fn first_estimate(&mut self, lanczos: &mut Lanczos) -> f64 {
+        let mut time_step = self.elements.stable_time_step.value;
+        for _ in 0..MOST_FITS {
+            let estimate = self.estimated_time_step(lanczos, time_step);
+            let has_grown = self.is_damped() && estimate > time_step * (1.0 + FIT);
+            time_step = time_step.max(estimate);
+            if !has_grown {
+                break;
+            }
+        }
+        time_step
     }
 
     /// The same without the allowance for what k steps of Lanczos' method miss, s: exact for a `k` that is large enough.

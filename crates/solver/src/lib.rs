@@ -11,6 +11,7 @@ mod energy;
 mod error;
 pub mod fields;
 mod global_time_step;
+mod linear;
 mod loads;
 mod memory;
 pub mod model;

@@ -22,7 +22,7 @@ pub fn memory_needed(mesh: &Mesh, model: &Model) -> usize {
     let external_force = if model.loads.is_empty() { 0 } else { vector };
     // two vectors of Lanczos' method; what elements are and were, and their tangents
     let estimates = model.settings.time_step != TimeStep::Element;
-    let (of_estimate, of_tangent) = if estimates { (2 * vector, 5 * number) } else { (0, 0) };
+    let (of_estimate, of_tangent) = if estimates { (2 * vector, 6 * number) } else { (0, 0) };
     let of_node = (vector + number) + (4 * vector + number) + external_force + 4 * index + of_estimate;
 
     let corners = CORNERS * size_of::<u16>();

@@ -1,6 +1,7 @@
 //! Blocks of elements of one material and one formulation, packed so that the lanes of a number are elements.
 
 use crate::fields::HexMeans;
+use crate::linear::{Linear, LinearPack};
 use crate::model::{Formulation, Part};
 use crate::patch::{PATCH, Patches};
 use estar_element::element::{Element, ElementHistory, ElementStep, ElementVisitor, Tangent};
@@ -10,7 +11,7 @@ use estar_tensor::{Kernel, LaneLevel, Mask, Real, SymmetricTensor, Vector3, With
 use rayon::prelude::*;
 
 /// No number has more lanes.
-const MOST_LANES: usize = 8;
+pub(crate) const MOST_LANES: usize = 8;
 /// Partial sums of a patch: element e adds to the sum e mod 8 for any number of lanes.
 const SUM_SLOTS: usize = MOST_LANES;
 
@@ -60,6 +61,8 @@ pub(crate) struct BlockReport {
     pub deleted_energy: f64,
     /// By how much the largest eigenvalue of the assembled mesh may have grown since its estimate, 1/s².
     pub growth: f64,
+    /// By how much it may have fallen.
+    pub decline: f64,
 }
 
 /// What a step is held against.
@@ -92,6 +95,7 @@ impl BlockReport {
         deleted_count: 0,
         deleted_energy: 0.0,
         growth: 0.0,
+        decline: 0.0,
     };
 
     /// The report of this and of a later block or patch.
@@ -107,6 +111,7 @@ impl BlockReport {
             deleted_count: self.deleted_count + later.deleted_count,
             deleted_energy: self.deleted_energy + later.deleted_energy,
             growth: self.growth.max(later.growth),
+            decline: self.decline.max(later.decline),
         }
     }
 }
@@ -265,7 +270,7 @@ struct SolidBlock<M: Material, E: Element, R: Real> {
     /// Frequencies of each pack of elements of each patch; empty where nobody watches them.
     frequencies: Vec<Vec<Frequencies<R>>>,
     /// Of each pack, since the last [`ElementBlock::find_tangents`].
-    tangents: Vec<Tangent<R>>,
+    linear: Vec<LinearPack<R>>,
     reports: Vec<BlockReport>,
 }
 
@@ -318,7 +323,7 @@ impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
             history: (0..pack_count).into_par_iter().map(|_| initial).collect(),
             internal_energies: of_packs::<R, _>(zero, pack_count, behaviour.deletes),
             frequencies: of_packs::<R, _>(Frequencies { now: zero, then: zero }, pack_count, behaviour.watches),
-            tangents: Vec::new(),
+            linear: Vec::new(),
             reports: vec![BlockReport::EMPTY; count.div_ceil(PATCH)],
         }
     }
@@ -381,39 +386,18 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
     }
 
     fn find_tangents(&mut self, motion: NodalMotion<'_>, step: &ElementStep) {
-        let packs = PATCH / R::LANES;
-        let (material, element, patches) = (&self.material, self.element, &self.patches);
-        self.tangents.resize(self.history.len(), Tangent::none());
-        let work = self
-            .tangents
-            .par_chunks_mut(packs)
-            .zip(self.history.par_chunks(packs))
-            .zip(patches.corners().par_chunks(packs * Self::PACK_CORNERS))
-            .zip(self.corner_mass.par_chunks(packs))
-            .enumerate();
-        work.for_each(|(patch, (((tangents, history), corners), corner_mass))| {
-            let nodes = patches.nodes(patch);
-            let pieces = Pieces { motion, nodes, corners, history };
-            R::vectorize(TangentKernel { material, element, pieces, step, corner_mass, tangents });
-        });
+        let absent = LinearPack { stable_time_step: R::splat(f64::INFINITY), tangent: Tangent::none() };
+        self.linear.resize(self.history.len(), absent);
+        for (pack, history) in self.linear.iter_mut().zip(&self.history) {
+            pack.stable_time_step = history.stable_time_step();
+        }
+        let linear = Linear { element: self.element, elasticity: self.material.elasticity(), patches: &self.patches };
+        linear.find_tangents(motion, step, &self.corner_mass, &mut self.linear);
     }
 
     fn apply_tangents(&self, motion: NodalMotion<'_>, patch_forces: &mut [[f64; 4]]) {
-        let packs = PATCH / R::LANES;
-        let (material, element, patches) = (&self.material, self.element, &self.patches);
-        let work = patch_forces
-            .par_chunks_mut(patches.stride())
-            .zip(self.hexes.par_chunks(PATCH))
-            .zip(self.history.par_chunks(packs))
-            .zip(patches.corners().par_chunks(packs * Self::PACK_CORNERS))
-            .zip(self.tangents.par_chunks(packs))
-            .enumerate();
-        work.for_each(|(patch, ((((forces, hexes), history), corners), tangents))| {
-            let nodes = patches.nodes(patch);
-            let (pieces, forces) = (Pieces { motion, nodes, corners, history }, &mut forces[..nodes.len()]);
-            let deletes = !self.internal_energies[patch].is_empty();
-            R::vectorize(LinearKernel { material, element, pieces, count: hexes.len(), deletes, tangents, forces });
-        });
+        let linear = Linear { element: self.element, elasticity: self.material.elasticity(), patches: &self.patches };
+        linear.apply_tangents(motion, &self.hexes, &self.linear, patch_forces);
     }
 
     fn watch(&mut self) {
@@ -532,7 +516,7 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
         let slots = SUM_SLOTS / R::LANES;
         let mut min_jacobian = LaneExtreme::none();
         let mut stable_time_step = LaneExtreme::none();
-        let mut growth = R::splat(0.0);
+        let (mut growth, mut decline) = (R::splat(0.0), R::splat(0.0));
         let mut not_finite = None;
         let deletes = !self.internal_energies.is_empty();
         let mut deleted = Deleted { count: 0, energy: 0.0 };
@@ -620,7 +604,9 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
             min_jacobian.enter(update.min_jacobian, pack);
             stable_time_step.enter(update.stable_time_step, pack);
             if let Some(frequencies) = self.frequencies.get_mut(pack) {
-                growth = growth.max(frequencies.growth(update.stable_time_step, self.limits.eigenvalue));
+                let change = frequencies.growth(update.stable_time_step, self.limits.eigenvalue);
+                growth = growth.max(change);
+                decline = decline.max(-change);
             }
         }
         let total =
@@ -635,105 +621,15 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
             not_finite,
             deleted_count: deleted.count,
             deleted_energy: deleted.energy,
-            growth: (0..R::LANES).map(|lane| growth.lane(lane)).fold(0.0, f64::max),
-        }
-    }
-}
-
-/// Where the elements of a patch are, and their histories.
-struct Pieces<'a, M: Material, E: Element, R: Real> {
-    motion: NodalMotion<'a>,
-    nodes: &'a [u32],
-    corners: &'a [u16],
-    history: &'a [History<M, E, R>],
-}
-
-impl<M: Material, E: Element, R: Real> Pieces<'_, M, E, R> {
-    /// The motion of a pack.
-    #[inline(always)]
-    fn motion(&self, pack: usize, corner_mass: R, deletes: bool) -> HexMotion<R> {
-        let count = SolidBlock::<M, E, R>::PACK_CORNERS;
-        let mut nodes = [0; CORNERS * MOST_LANES];
-        for (node, &corner) in nodes.iter_mut().zip(&self.corners[pack * count..(pack + 1) * count]) {
-            *node = self.nodes[corner as usize];
-        }
-        let (nodes, corner) = (&nodes[..count], [Vector3::zero(); CORNERS]);
-        let mut motion = HexMotion { reference: corner, position: corner, velocity: corner, corner_mass };
-        gather(&mut motion.reference, self.motion.reference, nodes);
-        gather(&mut motion.position, self.motion.displacement, nodes);
-        gather(&mut motion.velocity, self.motion.velocity, nodes);
-        for (position, reference) in motion.position.iter_mut().zip(&motion.reference) {
-            *position = *reference + *position;
-        }
-        if deletes {
-            rest(self.history[pack].stable_time_step(), &mut motion);
-        }
-        motion
-    }
-}
-
-/// Finds the tangents of a patch.
-struct TangentKernel<'a, M: Material, E: Element, R: Real> {
-    material: &'a M,
-    element: E,
-    pieces: Pieces<'a, M, E, R>,
-    step: &'a ElementStep,
-    corner_mass: &'a [R],
-    tangents: &'a mut [Tangent<R>],
-}
-
-impl<M: Material, E: Element, R: Real> Kernel for TangentKernel<'_, M, E, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        for (pack, tangent) in self.tangents.iter_mut().enumerate() {
-            let motion = self.pieces.motion(pack, self.corner_mass[pack], true);
-            let history = &self.pieces.history[pack];
-            let found = self.element.tangent(self.material, history, &motion, self.step);
-            // deleted elements have none
-            let is_there = history.stable_time_step().lt(R::splat(f64::INFINITY));
-            *tangent = Tangent::select(is_there, &found, &Tangent::none());
-        }
-    }
-}
-
-/// Linear forces of a patch.
-struct LinearKernel<'a, M: Material, E: Element, R: Real> {
-    material: &'a M,
-    element: E,
-    pieces: Pieces<'a, M, E, R>,
-    /// Elements.
-    count: usize,
-    deletes: bool,
-    tangents: &'a [Tangent<R>],
-    forces: &'a mut [[f64; 4]],
-}
-
-impl<M: Material, E: Element, R: Real> Kernel for LinearKernel<'_, M, E, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let elasticity = self.material.elasticity();
-        let mut corner_forces = [[[0.0; 4]; CORNERS]; MOST_LANES];
-        self.forces.fill([0.0; 4]);
-        let corners = self.pieces.corners.chunks_exact(SolidBlock::<M, E, R>::PACK_CORNERS);
-        for ((pack, tangent), corners) in self.tangents.iter().enumerate().zip(corners) {
-            let motion = self.pieces.motion(pack, R::splat(0.0), self.deletes);
-            let forces = self.element.linear_forces(elasticity, tangent, &motion.position, &motion.velocity);
-            for (corner, force) in forces.iter().enumerate() {
-                R::scatter(force.0, &mut corner_forces.as_flattened_mut()[corner..], CORNERS);
-            }
-            let lanes = (self.count - pack * R::LANES).min(R::LANES);
-            subtract::<R>(self.forces, &corner_forces[..lanes], corners);
+            growth: largest_lane([growth].into_iter()),
+            decline: largest_lane([decline].into_iter()),
         }
     }
 }
 
 /// Subtracts the forces on the corners of a pack from the rows of its patch.
 #[inline(always)]
-fn subtract<R: Real>(rows: &mut [[f64; 4]], corner_forces: &[[[f64; 4]; CORNERS]], corners: &[u16]) {
+pub(crate) fn subtract<R: Real>(rows: &mut [[f64; 4]], corner_forces: &[[[f64; 4]; CORNERS]], corners: &[u16]) {
     for (lane, forces) in corner_forces.iter().enumerate() {
         for (corner, force) in forces.iter().enumerate() {
             let sum = &mut rows[corners[corner * R::LANES + lane] as usize];
@@ -767,7 +663,7 @@ impl Deleted {
 /// The lanes of elements that have been deleted, which their infinite time step tells. They stand still where they began, so
 /// that nothing comes of them.
 #[inline(always)]
-fn rest<R: Real>(stable_time_step: R, motion: &mut HexMotion<R>) -> R::Mask {
+pub(crate) fn rest<R: Real>(stable_time_step: R, motion: &mut HexMotion<R>) -> R::Mask {
     let are_deleted = stable_time_step.ge(R::splat(f64::INFINITY));
     if are_deleted.any() {
         for corner in 0..CORNERS {
@@ -888,7 +784,7 @@ impl<M: Material, E: Element, R: Real> Kernel for MeansKernel<'_, M, E, R> {
 
 /// Fills in the vectors of a field at the corners of the elements of a pack.
 #[inline(always)]
-fn gather<R: Real>(corners: &mut CornerVectors<R>, field: &[[f64; 3]], nodes: &[u32]) {
+pub(crate) fn gather<R: Real>(corners: &mut CornerVectors<R>, field: &[[f64; 3]], nodes: &[u32]) {
     for (corner, nodes) in corners.iter_mut().zip(nodes.chunks_exact(R::LANES)) {
         *corner = Vector3(R::gather(field, nodes));
     }

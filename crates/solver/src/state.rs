@@ -23,7 +23,9 @@ impl Simulation {
             visit(work.begun);
         }
         if let Some(global) = &self.global_time_step {
-            [global.eigenvalue, global.step as f64, global.growth].into_iter().for_each(&mut visit);
+            [global.eigenvalue, global.step as f64, global.growth, global.decline, global.count as f64]
+                .into_iter()
+                .for_each(&mut visit);
         }
         let nodes = &self.nodes;
         for field in [&nodes.displacement, &nodes.velocity, &nodes.acceleration, &nodes.reaction] {
@@ -51,6 +53,8 @@ impl Simulation {
             global.eigenvalue = next();
             global.step = next() as u64;
             global.growth = next();
+            global.decline = next();
+            global.count = next() as u64;
         }
         let nodes = &mut self.nodes;
         for field in [&mut nodes.displacement, &mut nodes.velocity, &mut nodes.acceleration, &mut nodes.reaction] {
