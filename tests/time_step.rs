@@ -19,7 +19,7 @@ fn shares(deck: &str, overrides: &[&str], steps: u64, looks: u64) -> (f64, f64) 
     let mut simulation = setup::simulation(&problem, LaneLevel::best()).unwrap();
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     loop {
-        if simulation.step() % (steps / looks) == 0 {
+        if simulation.step().is_multiple_of(steps / looks) {
             let used = simulation.extremes().stable_time_step;
             let exact = simulation.exact_global_time_step(300);
             let converged = simulation.exact_global_time_step(260);

@@ -210,7 +210,7 @@ fn step_stays_below_the_exact_limit_while_a_block_is_squeezed() {
         let (mut least, mut most, mut gains) = (f64::INFINITY, 0.0_f64, Vec::new());
         while !simulation.is_finished() {
             simulation.advance().unwrap();
-            if simulation.step() % 10 == 0 {
+            if simulation.step().is_multiple_of(10) {
                 let used = simulation.extremes().stable_time_step;
                 let share = used / simulation.exact_global_time_step(200);
                 (least, most) = (least.min(share), most.max(share));
