@@ -442,6 +442,50 @@ fn inverted_elements_are_deleted_if_the_deck_says_so() {
 }
 
 #[test]
+fn time_step_of_the_assembled_mesh_is_told_by_the_check_and_taken_where_the_deck_says_so() {
+    let workshop = Workshop::new();
+    workshop.write("deck.toml", DECK);
+    let check = workshop.estar(&["check", "deck.toml"]);
+    check.assert(0, &[]);
+    assert!(check.text.contains("by the assembled mesh"), "{}", check.text);
+    let check = workshop.estar(&["check", "deck.toml", "--json"]);
+    let forecast: serde_json::Value = serde_json::from_str(&check.text).unwrap();
+    let [element, power] = ["element", "power"].map(|source| forecast["stable_time_steps"][source].as_f64().unwrap());
+    assert!(power > 1.2 * element, "{power} {element}");
+
+    workshop.run("", &[]).assert(0, &[]);
+    let of_elements = workshop.summary();
+    let by_power = ["--set", "time.time_step='power'", "--set", "time.time_step_interval=3"];
+    let said = workshop.run("", &by_power);
+    said.assert(0, &[]);
+    assert!(workshop.read("deck/estar.log").contains("of the assembled mesh, estimated every 3 steps"));
+    let summary = workshop.summary();
+    assert_eq!((&of_elements["time_step_source"], &summary["time_step_source"]), (&"element".into(), &"power".into()));
+    assert_eq!(of_elements["time_step_estimates"], 0);
+    assert!(
+        summary["time_step_estimates"].as_u64() > Some(1) && summary["steps"].as_u64() < of_elements["steps"].as_u64()
+    );
+    assert!(summary["stable_time_step"].as_f64() > summary["element_time_step"].as_f64());
+    assert_eq!(of_elements["stable_time_step"], of_elements["element_time_step"]);
+
+    // stopped between two estimates and resumed
+    workshop.run("", &[&by_power[..], &["--stop-at-step", "5"]].concat()).assert(0, &[]);
+    workshop.estar(&[&["run", "deck.toml", "--resume"], &by_power[..]].concat()).assert(0, &[]);
+    assert_eq!(workshop.summary()["state_hash"], summary["state_hash"]);
+
+    for (bad, told) in [
+        ("time.time_step='fast'", "the choices are `element`, `power`"),
+        ("time.time_step_interval=100", "an interval belongs to time_step = \"power\""),
+    ] {
+        workshop.run("", &["--set", bad]).assert(2, &[told]);
+    }
+    for bad in ["time.time_step_interval=0", "time.time_step_interval='1 s'"] {
+        let power = ["--set", "time.time_step='power'", "--set", bad];
+        workshop.run("", &power).assert(2, &["`time.time_step_interval` must be a whole number from 1"]);
+    }
+}
+
+#[test]
 fn limits_on_steps_end_with_status_3_and_say_so() {
     let workshop = Workshop::new();
     let said = workshop.run("", &["--set", "time.max_steps=3"]);

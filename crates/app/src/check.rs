@@ -53,6 +53,7 @@ struct Forecast {
     quality: Quality,
     end_time: f64,
     initial_time_step: f64,
+    stable_time_steps: StableTimeSteps,
     controlling_elements: Vec<Controlling>,
     steps_expected: f64,
     threads: usize,
@@ -73,6 +74,15 @@ struct Quality {
     min_volume: f64,
     max_volume: f64,
     total_volume: f64,
+}
+
+/// Stable time steps without the safety factor, s.
+#[derive(Debug, Serialize)]
+struct StableTimeSteps {
+    /// From the bound of the elements, of `time_step = "element"`.
+    element: f64,
+    /// From the estimate for the assembled mesh, of `time_step = "power"`.
+    power: f64,
 }
 
 /// An element with its stable time step.
@@ -122,6 +132,8 @@ fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Resu
     let introduction = announcement(problem, &simulation, rayon::current_num_threads(), lanes);
     let initial_time_step = simulation.time_step();
     let controlling_elements = controlling_elements(problem, &simulation);
+    let stable_time_steps =
+        StableTimeSteps { element: simulation.element_time_step(), power: simulation.global_time_step() };
     let rate = timed_rate(&mut simulation);
 
     let end_time = simulation.end_time();
@@ -139,6 +151,7 @@ fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Resu
         },
         end_time,
         initial_time_step,
+        stable_time_steps,
         controlling_elements,
         steps_expected,
         threads: rayon::current_num_threads(),
@@ -201,6 +214,13 @@ fn bytes_of_row(problem: &Problem) -> f64 {
 fn in_words(problem: &Problem, forecast: &Forecast) -> String {
     let mut text = String::from("  quality    ");
     text.push_str(&problem.quality.to_string().trim_end().replace('\n', "\n             "));
+    let StableTimeSteps { element, power } = forecast.stable_time_steps;
+    let _ = write!(
+        text,
+        "\n  stable     {element:.6e} s by the bound of the elements, {power:.6e} s by the assembled mesh: {:.1} % more with\n             \
+         [time] time_step = \"power\"",
+        100.0 * (power / element - 1.0)
+    );
     let _ = write!(text, "\n  the elements that control the time step (stable step without the safety factor):");
     for controlling in &forecast.controlling_elements {
         let _ = write!(text, "\n    element {:<10} {:.6e} s", controlling.element, controlling.stable_time_step);

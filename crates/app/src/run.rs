@@ -20,6 +20,7 @@ use crate::summary::{
     EnergySummary, ExtremeSummary, MeshSummary, PartSummary, QuasiStaticSummary, Summary, state_hash,
 };
 use crate::trouble;
+use estar_solver::model::TimeStep;
 use estar_solver::{LaneLevel, Simulation, SimulationError};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -541,6 +542,13 @@ impl<'a> Run<'a> {
             steps: simulation.step(),
             time_step: simulation.time_step(),
             initial_time_step: self.initial_time_step,
+            time_step_source: match problem.model.settings.time_step {
+                TimeStep::Element => "element",
+                TimeStep::Power { .. } => "power",
+            },
+            element_time_step: simulation.element_time_step(),
+            stable_time_step: simulation.extremes().stable_time_step,
+            time_step_estimates: simulation.estimate_count(),
             wall_seconds,
             element_steps_per_second: element_steps / wall_seconds,
             grind_time_ns: 1e9 * wall_seconds / element_steps,
@@ -632,6 +640,14 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
         time_step,
         count((simulation.end_time() / time_step).ceil())
     );
+    if let TimeStep::Power { interval } = problem.model.settings.time_step {
+        let gain = 100.0 * (simulation.extremes().stable_time_step / simulation.element_time_step() - 1.0);
+        let _ = write!(
+            text,
+            "\n  time step  of the assembled mesh, estimated every {} steps: {gain:.1} % above the bound of the elements",
+            count(interval as f64)
+        );
+    }
     let cores = std::thread::available_parallelism().map_or(threads, usize::from);
     let sharing = if threads > cores { format!(" (on {cores} cores, which is no faster)") } else { String::new() };
     let _ = write!(text, "\n  machine    {threads} threads{sharing}, {} lanes of {}", lanes.lanes(), lanes.name());

@@ -312,6 +312,7 @@ fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
         settings: TimeSettings {
             end: deck.time.end.value,
             safety_factor: deck.time.safety_factor.value,
+            time_step: deck.time.time_step(diagnostics),
             bulk_viscosity: deck.time.bulk_viscosity.as_ref().map(|viscosity| BulkViscosity {
                 linear: viscosity.linear.value,
                 quadratic: viscosity.quadratic.value,

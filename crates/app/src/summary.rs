@@ -36,6 +36,14 @@ pub struct Summary {
     pub time_step: f64,
     /// The first time step, s.
     pub initial_time_step: f64,
+    /// What the stable time step was taken from, "element" or "power".
+    pub time_step_source: &'static str,
+    /// Stable time step at the end, s, by the bound of the elements and without the safety factor.
+    pub element_time_step: f64,
+    /// The one that was used, s, without the safety factor.
+    pub stable_time_step: f64,
+    /// Estimates for the assembled mesh.
+    pub time_step_estimates: u64,
     /// Wall time of the loop with its output, s.
     pub wall_seconds: f64,
     /// Hexes times steps over wall time.

@@ -51,6 +51,12 @@ impl BulkViscosity {
             damping_ratio: (shock_speed + shock_speed) / state.wave_speed + self.linear,
         }
     }
+
+    /// ∂q/∂(−ε̇_v) = ρ l (b₁ c + 2 b₂² l max(0, −ε̇_v)) = ρ c l ξ, Pa s.
+    #[inline(always)]
+    pub fn modulus<R: Real>(&self, state: &ViscousState<R>) -> R {
+        state.density * state.wave_speed * state.length * self.response(state).damping_ratio
+    }
 }
 
 /// Factor on the undamped stable time step at the damping ratio ξ: √(1 + ξ²) − ξ (Belytschko, Liu & Moran 2000,

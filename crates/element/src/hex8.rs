@@ -22,11 +22,11 @@
 //! the forces, which makes their power the stress power: ∫ T : D̄ dv = ∫ (dev T : D + p̄ tr D) dv with p̄ v = ∫ p dv.
 
 use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
-use crate::element::{Element, ElementHistory, ElementStep};
+use crate::element::{Element, ElementHistory, ElementStep, Tangent, stiffening};
 use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metrics};
 use arrayvec::ArrayVec;
-use estar_material::{Material, Motion, PointGradients, PointState, StepKinematics};
-use estar_tensor::{Real, Rotation, Tensor, Vector3, array, inlined, prefetch};
+use estar_material::{IsotropicElasticity, Material, Motion, PointGradients, PointState, StepKinematics};
+use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, inlined, prefetch};
 
 /// Corners of an element.
 pub const CORNERS: usize = 8;
@@ -157,6 +157,92 @@ impl Element for Formulation {
     ) -> HexUpdate<R> {
         let ElementStep { bulk_viscosity, time_step } = *step;
         advance(material, history, upcoming, motion, &HexStep { formulation: self, bulk_viscosity, time_step })
+    }
+
+    fn is_damped(self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn tangent<R: Real>(
+        self,
+        elasticity: &IsotropicElasticity,
+        stable_time_step: R,
+        motion: &HexMotion<R>,
+        step: &ElementStep,
+    ) -> Tangent<R> {
+        let viscous_modulus = step.bulk_viscosity.map_or(R::splat(0.0), |viscosity| {
+            let [reference, position, velocity] =
+                [&motion.reference, &motion.position, &motion.velocity].map(eightfold_modes);
+            let centre = Centre::new(&reference, &position, &velocity, 0.0);
+            viscosity.modulus(&viscous_state(elasticity, &centre, stable_time_step)) * (2.0 / step.time_step)
+        });
+        Tangent {
+            stiffening: stiffening(self, elasticity, stable_time_step, motion),
+            viscous_modulus,
+            hourglass_modulus: R::splat(0.0),
+        }
+    }
+
+    /// F-bar and bulk viscosity have pressures from the volume change of the centre, which do work on that of the whole
+    /// element: with b̄ b₀ᵀ their symmetric part has ½ (b̄ b₀ᵀ + b₀ b̄ᵀ).
+    #[inline(always)]
+    fn linear_forces<R: Real>(
+        self,
+        elasticity: &IsotropicElasticity,
+        tangent: &Tangent<R>,
+        position: &CornerVectors<R>,
+        displacement: &CornerVectors<R>,
+    ) -> CornerVectors<R> {
+        let position_modes = eightfold_modes(position);
+        let displacement_modes = eightfold_modes(displacement);
+        let position = ParentGradients::new(&position_modes);
+        let displacement = ParentGradients::new(&displacement_modes);
+        let centre = Centre::new(&position_modes, &position_modes, &displacement_modes, 0.0);
+        let zero = R::splat(0.0);
+        let double_shear = tangent.stiffening * (2.0 * elasticity.shear_modulus());
+        let bulk = tangent.stiffening * elasticity.bulk_modulus();
+        let deviatoric = double_shear * (-1.0 / 3.0);
+        // moduli of the pressures from the volume change of the point, of the element and, on the element, of the centre
+        let (of_point, of_element, of_centre) = match self {
+            Formulation::Full => (deviatoric + bulk, zero, tangent.viscous_modulus),
+            Formulation::FBar => (deviatoric, zero, tangent.viscous_modulus + bulk),
+            Formulation::BBar => (deviatoric, bulk, tangent.viscous_modulus),
+        };
+
+        // 2μ D + λ tr(D) I of the point, with j ∇u = (∂u/∂ξ) cof(∂x/∂ξ)ᵀ
+        let mut cofactors = ArrayVec::<Tensor<R>, POINTS>::new();
+        let mut stresses = ArrayVec::<SymmetricTensor<R>, POINTS>::new();
+        let (mut volume, mut change) = (zero, zero);
+        for point in 0..POINTS {
+            let gradient = position.at(point);
+            let cofactor = gradient.cofactor();
+            let jacobian = gradient.columns[0].dot(cofactor.columns[0]);
+            let per_jacobian = jacobian.recip();
+            let strain = displacement.at(point).dot(&cofactor.transpose()).symmetric_part();
+            let trace = strain.trace();
+            volume += jacobian;
+            change += trace;
+            let stress = strain * (double_shear * per_jacobian);
+            stresses.push(stress.plus_spherical(of_point * trace * per_jacobian));
+            cofactors.push(cofactor);
+        }
+
+        // with the uniform tension k θ̄ of B-bar and ½ k θ₀
+        let half_of_centre = of_centre * 0.5;
+        let tension = half_of_centre.mul_add(centre.volumetric_rate, of_element * change / volume);
+        let mut fluxes = ArrayVec::<Tensor<R>, POINTS>::new();
+        for (stress, cofactor) in stresses.iter().zip(&cofactors) {
+            fluxes.push(stress.plus_spherical(tension).to_tensor().dot(cofactor));
+        }
+        let mut modes = ParentGradients::sums(&fluxes).transposed();
+        // ½ k θ̄ V b₀, where V b₀ has the linear modes cof₀ V/j₀
+        let central = half_of_centre * change / centre.parent_jacobian;
+        for (mode, column) in modes.iter_mut().zip(centre.cofactor.columns) {
+            *mode = column.mul_add(central, *mode);
+        }
+        let eightfold = corner_values(&modes);
+        array(|corner| eightfold[corner] * R::splat(1.0 / 8.0))
     }
 }
 
@@ -374,6 +460,19 @@ impl<R: Real> Volumetric<R> {
     }
 }
 
+/// What the bulk viscosity of an element depends on.
+#[inline(always)]
+fn viscous_state<R: Real>(
+    elasticity: &IsotropicElasticity,
+    centre: &Centre<R>,
+    stable_time_step: R,
+) -> ViscousState<R> {
+    let density = R::splat(elasticity.density()) / centre.jacobian;
+    let wave_speed = (R::splat(elasticity.p_wave_modulus()) / density).sqrt();
+    let length = wave_speed * stable_time_step;
+    ViscousState { volumetric_rate: centre.volumetric_rate, density, wave_speed, length }
+}
+
 /// One step of an element: stress and history of its points at t_{n+1}, the internal force there, energies and the
 /// stable time step on the new geometry. `upcoming` is the history of the pack that comes next, prefetched meanwhile: a
 /// part of it with each point, since all at once would wait for the memory.
@@ -394,12 +493,9 @@ pub fn advance<R: Real, M: Material>(
     let velocity = ParentGradients::new(&velocity_modes);
     let centre = Centre::new(&reference_modes, &position_modes, &velocity_modes, step.time_step);
     let zero = R::splat(0.0);
-    let viscous = step.bulk_viscosity.map(|viscosity| {
-        let density = R::splat(elasticity.density()) / centre.jacobian;
-        let wave_speed = (R::splat(elasticity.p_wave_modulus()) / density).sqrt();
-        let length = wave_speed * history.stable_time_step;
-        viscosity.response(&ViscousState { volumetric_rate: centre.volumetric_rate, density, wave_speed, length })
-    });
+    let viscous = step
+        .bulk_viscosity
+        .map(|viscosity| viscosity.response(&viscous_state(elasticity, &centre, history.stable_time_step)));
     let viscous_pressure = viscous.map_or(zero, |response| response.pressure);
 
     let gradients = inlined!(|point: usize| PointGradients {

@@ -13,8 +13,8 @@
 //! with the element, Q̂ = RᵀQ.
 
 use crate::bulk_viscosity::{ViscousState, damped_step_factor};
-use crate::element::{Element, ElementHistory, ElementStep};
-use crate::hex8::{HexMotion, HexUpdate, Modes, corner_values, eightfold_modes};
+use crate::element::{Element, ElementHistory, ElementStep, Tangent, stiffening};
+use crate::hex8::{CornerVectors, HexMotion, HexUpdate, Modes, corner_values, eightfold_modes};
 use crate::stable_time_step::{ElasticBounds, Metrics};
 use estar_material::{IsotropicElasticity, Material, Motion, PointState, StepKinematics};
 use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, prefetch};
@@ -297,10 +297,7 @@ impl Element for HourglassControl {
         });
         let volumetric_rate = velocity_gradient.trace();
         let viscous = step.bulk_viscosity.map(|viscosity| {
-            let density = R::splat(elasticity.density()) / jacobian;
-            let wave_speed = (R::splat(elasticity.p_wave_modulus()) / density).sqrt();
-            let length = wave_speed * history.stable_time_step;
-            viscosity.response(&ViscousState { volumetric_rate, density, wave_speed, length })
+            viscosity.response(&viscous_state(elasticity, volumetric_rate, jacobian, history.stable_time_step))
         });
         let viscous_pressure = viscous.map_or(zero, |response| response.pressure);
 
@@ -320,9 +317,7 @@ impl Element for HourglassControl {
             slip_rates[alpha] = turned_half.transpose_apply(rate);
             slips[alpha] = slip_rates[alpha] * R::splat(step.time_step);
         }
-        let [xi, eta, zeta] = [position[0], position[1], position[2]];
-        let mut gradients = [eta.cross(zeta), zeta.cross(xi), xi.cross(eta)];
-        let per_determinant = xi.dot(gradients[0]).recip();
+        let (mut gradients, per_determinant) = scaled_central_gradients(&position);
         for gradient in &mut gradients {
             *gradient = turned.transpose_apply(*gradient) * per_determinant;
         }
@@ -359,10 +354,7 @@ impl Element for HourglassControl {
                 }
             }
             Self::Viscous { coefficient } => {
-                let density = R::splat(elasticity.density()) / jacobian;
-                let impedance = (density * elasticity.p_wave_modulus()).sqrt();
-                let edge = volume.cbrt();
-                hourglass_viscosity = impedance * edge * edge * (16.0 * coefficient);
+                hourglass_viscosity = viscosity(coefficient, elasticity, jacobian, volume);
                 for (force, rate) in forces.iter_mut().zip(&slip_rates) {
                     *force = *rate * hourglass_viscosity;
                 }
@@ -374,21 +366,11 @@ impl Element for HourglassControl {
             hourglass_energy += (forces_old[alpha] + forces[alpha]).dot(slips[alpha]) * 0.5;
         }
 
-        // (iv) forces f_a = Σ_m Γ_ma (T g_m + …), the transpose of the gradient and of the hourglass rates
-        let pushed = stress.plus_spherical(-viscous_pressure).to_tensor();
-        let mut modes = [Vector3::zero(); 7];
-        for (mode, vector) in modes.iter_mut().zip(&now.vectors) {
-            *mode = pushed.apply(*vector);
+        // (iv) forces of the stress and of the hourglass forces, turned back
+        for force in &mut forces {
+            *force = turned.apply(*force);
         }
-        let per_volume = now.per_eighth * 0.125;
-        for alpha in 0..HOURGLASS {
-            let force = turned.apply(forces[alpha]);
-            modes[3 + alpha] = force.mul_add(R::splat(0.125), modes[3 + alpha]);
-            for (linked, vector) in now.vectors.iter().enumerate() {
-                let share = vector.dot(position[3 + alpha]) * per_volume;
-                modes[linked] = modes[linked] - force * share;
-            }
-        }
+        let internal_force = corner_forces(&now, &stress.plus_spherical(-viscous_pressure), &forces, &position);
 
         // (v) Δt = 2/ω, ω² ≤ (uniform + K c/8)/m with Σ |q|² ≤ c Σ |u_a|²/8
         let obliqueness = {
@@ -410,7 +392,7 @@ impl Element for HourglassControl {
         let viscous_energy = -(mean_pressure * volumetric_rate * volume_half * step.time_step);
         history.viscous_pressure = viscous_pressure;
         HexUpdate {
-            internal_force: corner_values(&modes),
+            internal_force,
             internal_energy: update.internal_energy * volume_half,
             plastic_dissipation: update.plastic_dissipation * volume_half,
             viscous_energy,
@@ -419,6 +401,138 @@ impl Element for HourglassControl {
             stable_time_step: undamped * damped_step_factor(damping),
         }
     }
+
+    fn is_damped(self) -> bool {
+        matches!(self, Self::Viscous { .. })
+    }
+
+    #[inline(always)]
+    fn tangent<R: Real>(
+        self,
+        elasticity: &IsotropicElasticity,
+        stable_time_step: R,
+        motion: &HexMotion<R>,
+        step: &ElementStep,
+    ) -> Tangent<R> {
+        let zero = R::splat(0.0);
+        let [reference, position, velocity] = [&motion.reference, &motion.position, &motion.velocity].map(coefficients);
+        let now = MeanOperator::new(&position);
+        let jacobian = now.eighth * MeanOperator::new(&reference).per_eighth;
+        let per_half_step = 2.0 / step.time_step;
+        let viscous_modulus = step.bulk_viscosity.map_or(zero, |bulk_viscosity| {
+            let volumetric_rate = now.gradient(&velocity).trace();
+            let state = viscous_state(elasticity, volumetric_rate, jacobian, stable_time_step);
+            bulk_viscosity.modulus(&state) * per_half_step
+        });
+        let stiffening = stiffening(self, elasticity, stable_time_step, motion);
+        let hourglass_modulus = match self {
+            Self::Physical => zero,
+            Self::Stiffness { coefficient } => {
+                let bounds = ElasticBounds {
+                    shear_modulus: elasticity.shear_modulus(),
+                    bulk_modulus: elasticity.bulk_modulus(),
+                };
+                let metric = Metrics::of(&squares(&now.vectors)).greatest();
+                bounds.stiffness(&metric) * now.per_eighth * stiffening * (8.0 * coefficient)
+            }
+            Self::Viscous { coefficient } => {
+                viscosity(coefficient, elasticity, jacobian, now.eighth * 8.0) * per_half_step
+            }
+        };
+        Tangent { stiffening, viscous_modulus, hourglass_modulus }
+    }
+
+    #[inline(always)]
+    fn linear_forces<R: Real>(
+        self,
+        elasticity: &IsotropicElasticity,
+        tangent: &Tangent<R>,
+        position: &CornerVectors<R>,
+        displacement: &CornerVectors<R>,
+    ) -> CornerVectors<R> {
+        let position = coefficients(position);
+        let displacement = coefficients(displacement);
+        let now = MeanOperator::new(&position);
+        let gradient = now.gradient(&displacement);
+        let strain = gradient.symmetric_part();
+        let double_shear = tangent.stiffening * (2.0 * elasticity.shear_modulus());
+        let bulk = tangent.stiffening.mul_add(R::splat(elasticity.bulk_modulus()), tangent.viscous_modulus);
+        let tension = (double_shear * (-1.0 / 3.0) + bulk) * strain.trace();
+        let stress = (strain * double_shear).plus_spherical(tension);
+        let mut slips = [Vector3::zero(); HOURGLASS];
+        for (alpha, slip) in slips.iter_mut().enumerate() {
+            *slip = displacement[3 + alpha] - gradient.apply(position[3 + alpha]);
+        }
+        let (mut forces, factor) = if self == Self::Physical {
+            let (mut gradients, per_determinant) = scaled_central_gradients(&position);
+            for gradient in &mut gradients {
+                *gradient = *gradient * per_determinant;
+            }
+            let assumed = AssumedStrain::new(elasticity);
+            (assumed.forces(&slips, &gradients, now.eighth * 8.0), tangent.stiffening)
+        } else {
+            (slips, tangent.hourglass_modulus)
+        };
+        for force in &mut forces {
+            *force = *force * factor;
+        }
+        corner_forces(&now, &stress, &forces, &position)
+    }
+}
+
+/// What the bulk viscosity of an element depends on.
+#[inline(always)]
+fn viscous_state<R: Real>(
+    elasticity: &IsotropicElasticity,
+    volumetric_rate: R,
+    jacobian: R,
+    stable_time_step: R,
+) -> ViscousState<R> {
+    let density = R::splat(elasticity.density()) / jacobian;
+    let wave_speed = (R::splat(elasticity.p_wave_modulus()) / density).sqrt();
+    let length = wave_speed * stable_time_step;
+    ViscousState { volumetric_rate, density, wave_speed, length }
+}
+
+/// 16 `coefficient` ρ c V^⅔, N s/m.
+#[inline(always)]
+fn viscosity<R: Real>(coefficient: f64, elasticity: &IsotropicElasticity, jacobian: R, volume: R) -> R {
+    let density = R::splat(elasticity.density()) / jacobian;
+    let impedance = (density * elasticity.p_wave_modulus()).sqrt();
+    let edge = volume.cbrt();
+    impedance * edge * edge * (16.0 * coefficient)
+}
+
+/// ∇ξ, ∇η, ∇ζ at the centre times the determinant of ∂x/∂ξ, and one over that.
+#[inline(always)]
+fn scaled_central_gradients<R: Real>(position: &Modes<R>) -> ([Vector3<R>; 3], R) {
+    let [xi, eta, zeta] = [position[0], position[1], position[2]];
+    let gradients = [eta.cross(zeta), zeta.cross(xi), xi.cross(eta)];
+    (gradients, xi.dot(gradients[0]).recip())
+}
+
+/// Forces f_a = Σ_m Γ_ma (T g_m + …), the transpose of the mean gradient and of the hourglass motions.
+#[inline(always)]
+fn corner_forces<R: Real>(
+    now: &MeanOperator<R>,
+    stress: &SymmetricTensor<R>,
+    hourglass_forces: &[Vector3<R>; HOURGLASS],
+    position: &Modes<R>,
+) -> CornerVectors<R> {
+    let stress = stress.to_tensor();
+    let mut modes = [Vector3::zero(); 7];
+    for (mode, vector) in modes.iter_mut().zip(&now.vectors) {
+        *mode = stress.apply(*vector);
+    }
+    let per_volume = now.per_eighth * 0.125;
+    for (alpha, &force) in hourglass_forces.iter().enumerate() {
+        modes[3 + alpha] = force.mul_add(R::splat(0.125), modes[3 + alpha]);
+        for (linked, vector) in now.vectors.iter().enumerate() {
+            let share = vector.dot(position[3 + alpha]) * per_volume;
+            modes[linked] = modes[linked] - force * share;
+        }
+    }
+    corner_values(&modes)
 }
 
 /// Mode coefficients of a field with the given corner values.

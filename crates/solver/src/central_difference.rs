@@ -4,12 +4,12 @@ use crate::constraints::{Constraints, dot};
 use crate::error::SimulationError;
 use crate::rigid_wall::{MovingWall, NodeStep};
 use crate::simulation::Simulation;
-use crate::solid_block::{BlockReport, NodalMotion};
+use crate::solid_block::{BlockReport, NodalMotion, StepLimits};
 use estar_element::element::ElementStep;
 use rayon::prelude::*;
 
 /// Nodes that one thread takes at a time; sums over nodes are formed within such a chunk first.
-const CHUNK: usize = 1024;
+pub(crate) const CHUNK: usize = 1024;
 
 /// Share of the time from which kinetic energy is judged: at the beginning of a process that is driven all
 /// energy is kinetic.
@@ -22,6 +22,8 @@ impl Simulation {
     /// An inverted element, a value that is not finite, or a limit of the settings that is passed. The state is that of
     /// t_{n+1} then, so that it can be looked at; after an inversion it cannot be advanced further with sense.
     pub fn advance(&mut self) -> Result<(), SimulationError> {
+        // Λ, if it is time
+        self.renew_global_time_step();
         let time_step = self.next_time_step;
 
         // u_{n+1} = u_n + Δt_{n+½} v_{n+½}
@@ -63,12 +65,16 @@ impl Simulation {
             velocity: &nodes.velocity,
         };
         let step = ElementStep { bulk_viscosity: self.settings.bulk_viscosity, time_step };
+        let limits = StepLimits {
+            least_stable_time_step: self.least_stable_time_step,
+            eigenvalue: self.global_time_step.as_ref().map_or(0.0, |global| global.eigenvalue),
+        };
         self.elements = BlockReport::EMPTY;
         let mut patch_forces = self.patch_forces.as_mut_slice();
         for block in &mut self.blocks {
             let (own, rest) = patch_forces.split_at_mut(block.elements.patches().row_count());
             patch_forces = rest;
-            let report = block.elements.advance(motion, &step, self.least_stable_time_step, own);
+            let report = block.elements.advance(motion, &step, &limits, own);
             block.min_jacobian = report.min_jacobian;
             block.internal_energy += report.internal_energy;
             block.hourglass_energy += report.hourglass_energy;
@@ -81,12 +87,15 @@ impl Simulation {
         self.energies.plastic_dissipation += self.elements.plastic_dissipation;
         self.energies.viscous += self.elements.viscous_energy;
         self.energies.hourglass += self.elements.hourglass_energy;
+        if let Some(global) = &mut self.global_time_step {
+            (global.growth, global.decline) = (self.elements.growth, self.elements.decline);
+        }
     }
 
     /// Δt = safety × stable step; the last step ends at the end, and the one before is as long.
     pub(crate) fn choose_next_time_step(&mut self) {
         // without any element left nothing else limits it
-        let stable = (self.settings.safety_factor * self.elements.stable_time_step.value).min(self.settings.end);
+        let stable = (self.settings.safety_factor * self.stable_time_step()).min(self.settings.end);
         let remaining = self.settings.end - self.time;
         self.step_is_last = remaining <= stable;
         self.next_time_step = if remaining <= 0.0 {
@@ -218,9 +227,10 @@ impl Simulation {
             let hex = elements.stable_time_step.hex;
             return Err(SimulationError::Standstill { hex, time_step, step, time });
         }
-        if elements.stable_time_step.value < self.least_stable_time_step && !self.is_finished() {
+        let stable = self.stable_time_step();
+        if stable < self.least_stable_time_step && !self.is_finished() {
             let factor = self.settings.safety_factor;
-            let (hex, time_step) = (elements.stable_time_step.hex, factor * elements.stable_time_step.value);
+            let (hex, time_step) = (elements.stable_time_step.hex, factor * stable);
             let limit = factor * self.least_stable_time_step;
             return Err(SimulationError::TimeStepTooSmall { hex, time_step, limit, step, time });
         }

@@ -10,6 +10,8 @@ mod curve;
 mod energy;
 mod error;
 pub mod fields;
+mod global_time_step;
+mod linear;
 mod loads;
 mod mass_scaling;
 mod memory;

@@ -1,6 +1,6 @@
 //! The memory that a simulation takes, told before it takes it.
 
-use crate::model::{Formulation, Model, OnInversion};
+use crate::model::{Formulation, Model, OnInversion, TimeStep};
 use estar_element::element::{Element, ElementVisitor};
 use estar_element::hex8::CORNERS;
 use estar_material::{Material, MaterialVisitor};
@@ -20,12 +20,15 @@ pub fn memory_needed(mesh: &Mesh, model: &Model) -> usize {
 
     // positions and labels, which a simulation has of its own; motion, acceleration, reaction, mass; lists of rows
     let external_force = if model.loads.is_empty() { 0 } else { vector };
-    let of_node = (vector + number) + (4 * vector + number) + external_force + 4 * index;
+    // two vectors of Lanczos' method; what elements are and were, and their tangents
+    let estimates = model.settings.time_step != TimeStep::Element;
+    let (of_estimate, of_tangent) = if estimates { (2 * vector, 6 * number) } else { (0, 0) };
+    let of_node = (vector + number) + (4 * vector + number) + external_force + 4 * index + of_estimate;
 
     let corners = CORNERS * size_of::<u16>();
     let row = size_of::<[f64; 4]>() + 2 * index;
     // nodes and label in the mesh, nodes once more while the block is made
-    let of_hex = 2 * CORNERS * index + number + corners + 2 * number + index + ROWS * row / OF_ELEMENTS;
+    let of_hex = 2 * CORNERS * index + number + corners + 2 * number + index + ROWS * row / OF_ELEMENTS + of_tangent;
 
     let deletes = model.settings.on_inversion == OnInversion::Delete;
     let energy = if deletes { number } else { 0 };

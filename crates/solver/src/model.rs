@@ -249,6 +249,8 @@ pub struct TimeSettings {
     pub end: f64,
     /// Fraction of the stable time step that is used.
     pub safety_factor: f64,
+    /// Where the stable time step is taken from.
+    pub time_step: TimeStep,
     /// Bulk viscosity, if any.
     pub bulk_viscosity: Option<BulkViscosity>,
     /// Largest allowed |energy error|, as a fraction.
@@ -264,6 +266,19 @@ pub struct TimeSettings {
     pub mass_scaling: Option<MassScaling>,
     /// Damping in proportion to mass, α of the force −α m v, 1/s.
     pub mass_damping: f64,
+}
+
+/// Where the stable time step is taken from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TimeStep {
+    /// A bound of the highest frequency of each element.
+    #[default]
+    Element,
+    /// An estimate of the highest frequency of the assembled mesh, but no less than that.
+    Power {
+        /// Steps from one estimate to the next.
+        interval: u64,
+    },
 }
 
 /// What becomes of an element that turns inside out, or is squeezed so flat that its time step is too small.
@@ -282,6 +297,7 @@ impl Default for TimeSettings {
         Self {
             end: 0.0,
             safety_factor: 0.9,
+            time_step: TimeStep::Element,
             bulk_viscosity: None,
             energy_error_limit: 0.1,
             on_inversion: OnInversion::Stop,

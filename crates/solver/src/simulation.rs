@@ -5,10 +5,13 @@ use crate::central_difference::NodeSums;
 use crate::constraints::Constraints;
 use crate::energy::{CentredWork, Energies};
 use crate::error::ModelError;
+use crate::global_time_step::GlobalTimeStep;
 use crate::loads::NodalLoad;
-use crate::model::{Direction, LoadKind, MassScaling, Model, OnInversion, Part, RigidWall, TimeSettings, WallShape};
+use crate::model::{
+    Direction, LoadKind, MassScaling, Model, OnInversion, Part, RigidWall, TimeSettings, TimeStep, WallShape,
+};
 use crate::rigid_wall::MovingWall;
-use crate::solid_block::{BlockReport, ElementBlock, Extreme, Largest, block};
+use crate::solid_block::{Behaviour, BlockReport, ElementBlock, Extreme, Largest, block};
 use estar_element::hex8::{self, CORNERS};
 use estar_mesh::Mesh;
 use estar_tensor::{LaneLevel, Vector3};
@@ -53,6 +56,8 @@ pub struct Simulation {
     pub(crate) added_shares: Vec<f64>,
     pub(crate) added_mass: Vec<f64>,
     pub(crate) elements: BlockReport,
+    /// With [`TimeStep::Power`].
+    pub(crate) global_time_step: Option<GlobalTimeStep>,
     pub(crate) deleted_count: u64,
     pub(crate) energies: Energies,
     pub(crate) constraint_work: CentredWork,
@@ -99,7 +104,7 @@ pub struct Extremes {
     pub min_jacobian: f64,
     /// Stable time step of the mesh, s, without the safety factor.
     pub stable_time_step: f64,
-    /// The hex that sets it.
+    /// The hex with the smallest of its own, which sets it unless it is that of the assembled mesh.
     pub controlling_hex: u32,
 }
 
@@ -133,8 +138,11 @@ impl Simulation {
             added_mass.push(part_mass.total * (factor - 1.0));
             let elasticity = part.material.elasticity();
             elastic_scale += part_mass.total / elasticity.density() * elasticity.p_wave_modulus();
-            let deletes = model.settings.on_inversion == OnInversion::Delete;
-            let elements = block(part, mesh.hexes(), part_mass.smallest_corners, deletes, level);
+            let behaviour = Behaviour {
+                deletes: model.settings.on_inversion == OnInversion::Delete,
+                watches: model.settings.time_step != TimeStep::Element,
+            };
+            let elements = block(part, mesh.hexes(), part_mass.smallest_corners, behaviour, level);
             blocks.push(Block { elements, min_jacobian: Extreme::NONE, internal_energy: 0.0, hourglass_energy: 0.0 });
         }
         let massless: Vec<usize> = (0..node_count).filter(|&node| mass[node] <= 0.0).collect();
@@ -179,6 +187,10 @@ impl Simulation {
             added_mass: Vec::new(),
             node_sums: vec![NodeSums::default(); chunk_count],
             elements: BlockReport::EMPTY,
+            global_time_step: match model.settings.time_step {
+                TimeStep::Element => None,
+                TimeStep::Power { interval } => Some(GlobalTimeStep::new(interval, node_count)),
+            },
             deleted_count: 0,
             energies: Energies::default(),
             constraint_work: CentredWork::default(),
@@ -221,6 +233,10 @@ impl Simulation {
             None if simulation.deletes() => DELETED_BELOW * simulation.elements.stable_time_step.value,
             None => 0.0,
         };
+        if simulation.global_time_step.is_some() {
+            simulation.begin_global_time_step();
+            simulation.update_elements(0.0);
+        }
         simulation.choose_next_time_step();
         simulation.update_loads();
         simulation.kick();
@@ -242,6 +258,11 @@ impl Simulation {
     /// Steps so far, n.
     pub fn step(&self) -> u64 {
         self.step
+    }
+
+    /// The smallest stable time step of an element at t_n, s, without the safety factor.
+    pub fn element_time_step(&self) -> f64 {
+        self.elements.stable_time_step.value
     }
 
     /// The step that led here, Δt_{n−½}; before the first step the one that comes. In s.
@@ -291,7 +312,7 @@ impl Simulation {
             max_equivalent_plastic_strain: largest.plastic_strain,
             max_temperature: Some(largest.temperature).filter(|temperature| *temperature > f64::NEG_INFINITY),
             min_jacobian: self.elements.min_jacobian.value,
-            stable_time_step: self.elements.stable_time_step.value,
+            stable_time_step: self.stable_time_step(),
             controlling_hex: self.elements.stable_time_step.hex,
         }
     }

@@ -1,16 +1,17 @@
 //! Blocks of elements of one material and one formulation, packed so that the lanes of a number are elements.
 
 use crate::fields::HexMeans;
+use crate::linear::{Linear, LinearPack};
 use crate::model::{Formulation, Part};
 use crate::patch::{PATCH, Patches};
-use estar_element::element::{Element, ElementHistory, ElementStep, ElementVisitor};
+use estar_element::element::{Element, ElementHistory, ElementStep, ElementVisitor, Tangent};
 use estar_element::hex8::{CORNERS, CornerVectors, HexMotion, HexUpdate};
 use estar_material::{Material, MaterialVisitor};
 use estar_tensor::{Kernel, LaneLevel, Mask, Real, SymmetricTensor, Vector3, WithLanes, array, dispatch, prefetch};
 use rayon::prelude::*;
 
 /// No number has more lanes.
-const MOST_LANES: usize = 8;
+pub(crate) const MOST_LANES: usize = 8;
 /// Partial sums of a patch: element e adds to the sum e mod 8 for any number of lanes.
 const SUM_SLOTS: usize = MOST_LANES;
 
@@ -58,6 +59,28 @@ pub(crate) struct BlockReport {
     pub deleted_count: u32,
     /// The stress power that they had taken until then.
     pub deleted_energy: f64,
+    /// By how much the largest eigenvalue of the assembled mesh may have grown since its estimate, 1/s².
+    pub growth: f64,
+    /// By how much it may have fallen.
+    pub decline: f64,
+}
+
+/// What a step is held against.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepLimits {
+    /// Of a block that deletes elements, those are whose stable time step is below this, s.
+    pub least_stable_time_step: f64,
+    /// The largest eigenvalue of the assembled mesh when it was estimated, 1/s².
+    pub eigenvalue: f64,
+}
+
+/// What a block does besides moving its elements.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Behaviour {
+    /// It deletes elements that turn inside out.
+    pub deletes: bool,
+    /// It watches how the frequencies of its elements grow.
+    pub watches: bool,
 }
 
 impl BlockReport {
@@ -71,6 +94,8 @@ impl BlockReport {
         not_finite: None,
         deleted_count: 0,
         deleted_energy: 0.0,
+        growth: 0.0,
+        decline: 0.0,
     };
 
     /// The report of this and of a later block or patch.
@@ -85,6 +110,8 @@ impl BlockReport {
             not_finite: self.not_finite.or(later.not_finite),
             deleted_count: self.deleted_count + later.deleted_count,
             deleted_energy: self.deleted_energy + later.deleted_energy,
+            growth: self.growth.max(later.growth),
+            decline: self.decline.max(later.decline),
         }
     }
 }
@@ -117,15 +144,26 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// The nodes of the block.
     fn patches(&self) -> &Patches;
 
-    /// Moves every element to t_{n+1} and writes the forces −∫ T ∇N_a dV on the nodes of each patch to its rows. Of a block
-    /// that deletes elements, one whose stable time step is below `least_stable_time_step` (s) is deleted, too.
+    /// Moves every element to t_{n+1} and writes the forces −∫ T ∇N_a dV on the nodes of each patch to its rows.
     fn advance(
         &mut self,
         motion: NodalMotion<'_>,
         step: &ElementStep,
-        least_stable_time_step: f64,
+        limits: &StepLimits,
         patch_forces: &mut [[f64; 4]],
     ) -> BlockReport;
+
+    /// Finds what the linear forces need besides the geometry, at t_n with the damping of the step.
+    fn find_tangents(&mut self, motion: NodalMotion<'_>, step: &ElementStep);
+
+    /// Writes the linear forces −(K + 2C/Δt) z on the nodes of each patch to its rows, z for the velocity of the motion.
+    fn apply_tangents(&self, motion: NodalMotion<'_>, patch_forces: &mut [[f64; 4]]);
+
+    /// Takes the frequencies of the elements as of the last step for those that their growth is measured from.
+    fn watch(&mut self);
+
+    /// Whether the elements damp of themselves.
+    fn is_damped(&self) -> bool;
 
     /// Bytes of the block's own data, rows of forces included, that [`ElementBlock::advance`] reads and writes.
     fn bytes_per_step(&self) -> usize;
@@ -153,17 +191,16 @@ pub(crate) trait ElementBlock: Send + Sync {
     fn restore(&mut self, next: &mut dyn FnMut() -> f64);
 }
 
-/// The block of a part. `corner_mass` is the smallest corner mass of each of its hexes; `deletes` says whether elements that
-/// turn inside out are deleted.
+/// The block of a part. `corner_mass` is the smallest corner mass of each of its hexes.
 pub(crate) fn block(
     part: Part,
     hexes: &[[u32; 8]],
     corner_mass: Vec<f64>,
-    deletes: bool,
+    behaviour: Behaviour,
     level: LaneLevel,
 ) -> Box<dyn ElementBlock> {
     let connectivity = part.hexes.iter().map(|&hex| hexes[hex as usize]).collect();
-    let elements = Elements { hexes: part.hexes, connectivity, corner_mass, deletes };
+    let elements = Elements { hexes: part.hexes, connectivity, corner_mass, behaviour };
     part.material.visit(BlockOf { formulation: part.element, elements, level })
 }
 
@@ -202,7 +239,7 @@ struct Elements {
     hexes: Vec<u32>,
     connectivity: Vec<[u32; CORNERS]>,
     corner_mass: Vec<f64>,
-    deletes: bool,
+    behaviour: Behaviour,
 }
 
 struct NewBlock<M, E> {
@@ -233,7 +270,38 @@ struct SolidBlock<M: Material, E: Element, R: Real> {
     /// Stress power that each element of each patch has taken, J, for the ledger of those that are deleted; empty where none
     /// ever is.
     internal_energies: Vec<Vec<R>>,
+    /// Frequencies of each pack of elements of each patch; empty where nobody watches them.
+    frequencies: Vec<Vec<Frequencies<R>>>,
+    /// Of each pack, since the last [`ElementBlock::find_tangents`].
+    linear: Vec<LinearPack<R>>,
     reports: Vec<BlockReport>,
+}
+
+/// Squares of the highest frequencies that elements may have, ω_e² = 4/Δt_e², 1/s².
+#[derive(Clone, Copy)]
+struct Frequencies<R> {
+    /// As of the last step.
+    now: R,
+    /// When the assembled mesh was last looked at.
+    then: R,
+}
+
+/// A value for each pack of each patch where there are any.
+fn of_packs<R: Real, T: Copy>(value: T, pack_count: usize, has_any: bool) -> Vec<Vec<T>> {
+    let packs = PATCH / R::LANES;
+    let count = |patch: usize| if has_any { (pack_count - patch * packs).min(packs) } else { 0 };
+    (0..pack_count.div_ceil(packs)).map(|patch| vec![value; count(patch)]).collect()
+}
+
+impl<R: Real> Frequencies<R> {
+    /// Enters the stable time step of now, and tells the growth of the frequencies as it counts for the assembled mesh.
+    #[inline(always)]
+    fn growth(&mut self, stable_time_step: R, eigenvalue: f64) -> R {
+        let half = stable_time_step * 0.5;
+        self.now = (half * half).recip();
+        // Δω² min(1, Λ/ω²)
+        (self.now - self.then) * (R::splat(eigenvalue) / self.then).min(R::splat(1.0))
+    }
 }
 
 impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
@@ -242,10 +310,11 @@ impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
 
     fn new(block: NewBlock<M, E>) -> Self {
         let NewBlock { element, elements, material } = block;
-        let Elements { hexes, connectivity, corner_mass, deletes } = elements;
+        let Elements { hexes, connectivity, corner_mass, behaviour } = elements;
         let count = hexes.len();
         let pack_count = count.div_ceil(R::LANES);
         let initial = E::initial_history(&material, 0.0);
+        let zero = R::splat(0.0);
         let mass = |pack: usize| R::from_lanes(|lane| corner_mass[(pack * R::LANES + lane).min(count - 1)]);
         Self {
             material,
@@ -255,12 +324,9 @@ impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
             corner_mass: (0..pack_count).map(mass).collect(),
             // each thread is the first to touch its part, which takes as long as all else here
             history: (0..pack_count).into_par_iter().map(|_| initial).collect(),
-            internal_energies: (0..count.div_ceil(PATCH))
-                .map(|patch| {
-                    let packs = (pack_count - patch * PATCH / R::LANES).min(PATCH / R::LANES);
-                    vec![R::splat(0.0); if deletes { packs } else { 0 }]
-                })
-                .collect(),
+            internal_energies: of_packs::<R, _>(zero, pack_count, behaviour.deletes),
+            frequencies: of_packs::<R, _>(Frequencies { now: zero, then: zero }, pack_count, behaviour.watches),
+            linear: Vec::new(),
             reports: vec![BlockReport::EMPTY; count.div_ceil(PATCH)],
         }
     }
@@ -279,7 +345,7 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         &mut self,
         motion: NodalMotion<'_>,
         step: &ElementStep,
-        least_stable_time_step: f64,
+        limits: &StepLimits,
         patch_forces: &mut [[f64; 4]],
     ) -> BlockReport {
         let packs = PATCH / R::LANES;
@@ -292,20 +358,25 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
             .zip(self.corner_mass.par_chunks(packs))
             .zip(patch_forces.par_chunks_mut(patches.stride()))
             .zip(self.internal_energies.par_iter_mut())
+            .zip(self.frequencies.par_iter_mut())
             .zip(self.reports.par_iter_mut())
             .enumerate();
         work.for_each(
-            |(patch, ((((((history, hexes), corners), corner_mass), forces), internal_energies), report))| {
+            |(
+                patch,
+                (((((((history, hexes), corners), corner_mass), forces), internal_energies), frequencies), report),
+            )| {
                 let nodes = patches.nodes(patch);
                 let kernel = PatchKernel {
                     material,
                     element,
                     motion,
                     step,
-                    least_stable_time_step,
+                    limits,
                     hexes,
                     history,
                     internal_energies,
+                    frequencies,
                     nodes,
                     corners,
                     corner_mass,
@@ -317,8 +388,37 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         self.reports.iter().fold(BlockReport::EMPTY, BlockReport::followed_by)
     }
 
+    fn find_tangents(&mut self, motion: NodalMotion<'_>, step: &ElementStep) {
+        let absent = LinearPack { stable_time_step: R::splat(f64::INFINITY), tangent: Tangent::none() };
+        self.linear.resize(self.history.len(), absent);
+        for (pack, history) in self.linear.iter_mut().zip(&self.history) {
+            pack.stable_time_step = history.stable_time_step();
+        }
+        let linear = Linear { element: self.element, elasticity: self.material.elasticity(), patches: &self.patches };
+        linear.find_tangents(motion, step, &self.corner_mass, &mut self.linear);
+    }
+
+    fn apply_tangents(&self, motion: NodalMotion<'_>, patch_forces: &mut [[f64; 4]]) {
+        let linear = Linear { element: self.element, elasticity: self.material.elasticity(), patches: &self.patches };
+        linear.apply_tangents(motion, &self.hexes, &self.linear, patch_forces);
+    }
+
+    fn watch(&mut self) {
+        for frequencies in self.frequencies.iter_mut().flatten() {
+            frequencies.then = frequencies.now;
+        }
+    }
+
+    fn is_damped(&self) -> bool {
+        self.element.is_damped()
+    }
+
     fn bytes_per_step(&self) -> usize {
-        size_of_val(&*self.corner_mass) + 2 * size_of_val(&*self.history) + self.patches.bytes_per_step()
+        let frequencies: usize = self.frequencies.iter().map(|of_patch| size_of_val(&**of_patch)).sum();
+        size_of_val(&*self.corner_mass)
+            + 2 * size_of_val(&*self.history)
+            + 2 * frequencies
+            + self.patches.bytes_per_step()
     }
 
     fn scale_mass(&mut self, element: usize, factor: f64) {
@@ -361,6 +461,10 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
             if let Some(energy) = energies.get(element % PATCH / R::LANES) {
                 visit(energy.lane(lane));
             }
+            if let Some(frequencies) = self.frequencies[element / PATCH].get(element % PATCH / R::LANES) {
+                visit(frequencies.now.lane(lane));
+                visit(frequencies.then.lane(lane));
+            }
         }
     }
 
@@ -369,9 +473,11 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         let mut count = 0;
         self.history[0].for_each(|_| count += 1);
         let deletes = self.internal_energies.iter().any(|energies| !energies.is_empty());
-        count += usize::from(deletes);
+        let watches = self.frequencies.iter().any(|frequencies| !frequencies.is_empty());
+        count += usize::from(deletes) + 2 * usize::from(watches);
         let mut numbers = vec![0.0; count * R::LANES];
         let mut internal_energies = self.internal_energies.iter_mut().flatten();
+        let mut frequencies = self.frequencies.iter_mut().flatten();
         for (pack, hexes) in self.history.iter_mut().zip(self.hexes.chunks(R::LANES)) {
             numbers[..count * hexes.len()].fill_with(&mut *next);
             let mut at = 0;
@@ -384,6 +490,9 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
             if let Some(energy) = internal_energies.next() {
                 *energy = number();
             }
+            if let Some(frequencies) = frequencies.next() {
+                *frequencies = Frequencies { now: number(), then: number() };
+            }
         }
     }
 }
@@ -394,11 +503,13 @@ struct PatchKernel<'a, M: Material, E: Element, R: Real> {
     element: E,
     motion: NodalMotion<'a>,
     step: &'a ElementStep,
-    least_stable_time_step: f64,
+    limits: &'a StepLimits,
     hexes: &'a [u32],
     history: &'a mut [History<M, E, R>],
     /// Of each pack; empty where no element is ever deleted.
     internal_energies: &'a mut [R],
+    /// Of each pack; empty where nobody watches them.
+    frequencies: &'a mut [Frequencies<R>],
     nodes: &'a [u32],
     corners: &'a [u16],
     corner_mass: &'a [R],
@@ -414,6 +525,7 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
         let slots = SUM_SLOTS / R::LANES;
         let mut min_jacobian = LaneExtreme::none();
         let mut stable_time_step = LaneExtreme::none();
+        let (mut growth, mut decline) = (R::splat(0.0), R::splat(0.0));
         let mut not_finite = None;
         let deletes = !self.internal_energies.is_empty();
         let mut deleted = Deleted { count: 0, energy: 0.0 };
@@ -463,7 +575,7 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
             let mut update = self.element.advance(self.material, history, upcoming, &motion, self.step);
             if deletes {
                 let energy_so_far = &mut self.internal_energies[pack];
-                let is_flat = update.stable_time_step.lt(R::splat(self.least_stable_time_step));
+                let is_flat = update.stable_time_step.lt(R::splat(self.limits.least_stable_time_step));
                 let ends = (update.min_jacobian.le(zero) | is_flat) & !is_deleted;
                 is_deleted = is_deleted | ends;
                 if is_deleted.any() {
@@ -480,14 +592,7 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
                 R::scatter(force.0, &mut corner_forces.as_flattened_mut()[corner..], CORNERS);
                 force_sum += force.0[0] + force.0[1] + force.0[2];
             }
-            for (lane, forces) in corner_forces[..hexes.len()].iter().enumerate() {
-                for (corner, force) in forces.iter().enumerate() {
-                    let sum = &mut self.forces[corners[corner * R::LANES + lane] as usize];
-                    for (sum, force) in sum.iter_mut().zip(force) {
-                        *sum -= force;
-                    }
-                }
-            }
+            subtract::<R>(self.forces, &corner_forces[..hexes.len()], corners);
             let finite =
                 force_sum.is_finite() & update.internal_energy.is_finite() & update.stable_time_step.is_finite();
             let finite = finite | is_deleted;
@@ -507,6 +612,11 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
             }
             min_jacobian.enter(update.min_jacobian, pack);
             stable_time_step.enter(update.stable_time_step, pack);
+            if let Some(frequencies) = self.frequencies.get_mut(pack) {
+                let change = frequencies.growth(update.stable_time_step, self.limits.eigenvalue);
+                growth = growth.max(change);
+                decline = decline.max(-change);
+            }
         }
         let total =
             |energy: usize| (0..SUM_SLOTS).map(|slot| sums[slot / R::LANES][energy].lane(slot % R::LANES)).sum();
@@ -520,6 +630,21 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
             not_finite,
             deleted_count: deleted.count,
             deleted_energy: deleted.energy,
+            growth: largest_lane([growth].into_iter()),
+            decline: largest_lane([decline].into_iter()),
+        }
+    }
+}
+
+/// Subtracts the forces on the corners of a pack from the rows of its patch.
+#[inline(always)]
+pub(crate) fn subtract<R: Real>(rows: &mut [[f64; 4]], corner_forces: &[[[f64; 4]; CORNERS]], corners: &[u16]) {
+    for (lane, forces) in corner_forces.iter().enumerate() {
+        for (corner, force) in forces.iter().enumerate() {
+            let sum = &mut rows[corners[corner * R::LANES + lane] as usize];
+            for (sum, force) in sum.iter_mut().zip(force) {
+                *sum -= force;
+            }
         }
     }
 }
@@ -547,7 +672,7 @@ impl Deleted {
 /// The lanes of elements that have been deleted, which their infinite time step tells. They stand still where they began, so
 /// that nothing comes of them.
 #[inline(always)]
-fn rest<R: Real>(stable_time_step: R, motion: &mut HexMotion<R>) -> R::Mask {
+pub(crate) fn rest<R: Real>(stable_time_step: R, motion: &mut HexMotion<R>) -> R::Mask {
     let are_deleted = stable_time_step.ge(R::splat(f64::INFINITY));
     if are_deleted.any() {
         for corner in 0..CORNERS {
@@ -668,7 +793,7 @@ impl<M: Material, E: Element, R: Real> Kernel for MeansKernel<'_, M, E, R> {
 
 /// Fills in the vectors of a field at the corners of the elements of a pack.
 #[inline(always)]
-fn gather<R: Real>(corners: &mut CornerVectors<R>, field: &[[f64; 3]], nodes: &[u32]) {
+pub(crate) fn gather<R: Real>(corners: &mut CornerVectors<R>, field: &[[f64; 3]], nodes: &[u32]) {
     for (corner, nodes) in corners.iter_mut().zip(nodes.chunks_exact(R::LANES)) {
         *corner = Vector3(R::gather(field, nodes));
     }

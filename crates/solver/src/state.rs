@@ -22,6 +22,11 @@ impl Simulation {
             visit(work.until_now);
             visit(work.begun);
         }
+        if let Some(global) = &self.global_time_step {
+            [global.eigenvalue, global.step as f64, global.growth, global.decline, global.count as f64]
+                .into_iter()
+                .for_each(&mut visit);
+        }
         let nodes = &self.nodes;
         for field in [&nodes.displacement, &nodes.velocity, &nodes.acceleration, &nodes.reaction] {
             field.iter().flatten().for_each(|&number| visit(number));
@@ -45,6 +50,13 @@ impl Simulation {
         for work in self.works_mut() {
             *work = CentredWork { until_now: next(), begun: next() };
         }
+        if let Some(global) = &mut self.global_time_step {
+            global.eigenvalue = next();
+            global.step = next() as u64;
+            global.growth = next();
+            global.decline = next();
+            global.count = next() as u64;
+        }
         let nodes = &mut self.nodes;
         for field in [&mut nodes.displacement, &mut nodes.velocity, &mut nodes.acceleration, &mut nodes.reaction] {
             field.iter_mut().flatten().for_each(|number| *number = next());
@@ -63,6 +75,7 @@ impl Simulation {
         let extremes = [self.elements.min_jacobian, self.elements.stable_time_step];
         let times = [self.time, self.time_step, self.next_time_step];
         let is_state = scalars[0] == self.step as f64
+            && self.global_time_step.as_ref().is_none_or(|global| global.step <= self.step)
             && times.iter().all(|time| time.is_finite() && *time >= 0.0)
             && extremes.iter().all(|extreme| extreme.hex < counts);
         if is_state { Ok(()) } else { Err(NoState) }

@@ -7,7 +7,7 @@ mod common;
 
 use common::{bricks, elastic, faces, load, nodes, prescribed, ramp, translation, until, yielding};
 use estar_solver::model::{
-    BulkViscosity, Direction, Fix, Formulation, LoadKind, Part, Quantity, RigidWall, TimeSettings,
+    BulkViscosity, Direction, Fix, Formulation, LoadKind, Part, Quantity, RigidWall, TimeSettings, TimeStep,
 };
 use estar_solver::{Curve, LaneLevel, Model, Simulation};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
@@ -35,7 +35,11 @@ fn one_step_allocates_nothing() {
             load("traction", LoadKind::Traction { faces: faces(&mesh, "z_max"), direction: [0.0, 1.0, 0.0], curve }),
         ],
         walls: vec![RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.2)],
-        settings: TimeSettings { bulk_viscosity: Some(BulkViscosity { linear: 0.06, quadratic: 1.2 }), ..until(1e-3) },
+        settings: TimeSettings {
+            bulk_viscosity: Some(BulkViscosity { linear: 0.06, quadratic: 1.2 }),
+            time_step: TimeStep::Power { interval: 20 },
+            ..until(1e-3)
+        },
     };
     let mut simulation = Simulation::new(&mesh, model, LaneLevel::best()).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();

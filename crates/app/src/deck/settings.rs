@@ -5,8 +5,9 @@ use super::macros::{deck_choice, deck_table};
 use super::schema::{Choice, Schema};
 use super::tree::{Node, Value};
 use super::values::{AtLeastOne, Count, Fraction, NotNegative, Number, Positive, Quantity, Rate, Share, Time};
+use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::fields::Field;
-use estar_solver::model::OnInversion;
+use estar_solver::model::{OnInversion, TimeStep};
 
 deck_table! {
     /// Time integration.
@@ -15,6 +16,10 @@ deck_table! {
         end: Quantity<Positive<Time>> = required,
         /// Fraction of the stable time step that is used.
         safety_factor: Quantity<Fraction> = default("0.9"),
+        /// What the stable time step is taken from.
+        time_step: TimeStepSource = default("'element'"),
+        /// Steps from one estimate of `time_step = "power"` to the next; 500 unless given.
+        time_step_interval: At<Count> = optional,
         /// Bulk viscosity; off unless given.
         bulk_viscosity: BulkViscosityTable = optional,
         /// Largest |energy error| before the run stops, as a fraction of the energy put in.
@@ -61,6 +66,43 @@ deck_table! {
         damping: Quantity<Share> = default("0.01"),
     }
 }
+
+/// What the stable time step is taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimeStepSource {
+    /// `element`.
+    Element,
+    /// `power`.
+    Power,
+}
+
+/// Steps from one estimate to the next where the deck does not say: what estimates cost then stands in `docs/time-step.md`.
+const INTERVAL: u64 = 500;
+
+impl TimeTable {
+    /// What the solver takes the stable time step from; a key that does not suit it is reported.
+    pub fn time_step(&self, diagnostics: &mut Diagnostics) -> TimeStep {
+        let interval = self.time_step_interval.as_ref();
+        match (self.time_step, interval) {
+            (TimeStepSource::Power, _) => {
+                TimeStep::Power { interval: interval.map_or(INTERVAL, |interval| interval.value.0) }
+            }
+            (TimeStepSource::Element, None) => TimeStep::Element,
+            (TimeStepSource::Element, Some(interval)) => {
+                let diagnostic = Diagnostic::error("the bound of the elements is renewed every step");
+                let help = "an interval belongs to time_step = \"power\"";
+                diagnostics.push(diagnostic.at(interval.span, "this key").help(help));
+                TimeStep::Element
+            }
+        }
+    }
+}
+
+deck_choice! { TimeStepSource {
+    "element" => TimeStepSource::Element, "a proved bound of the highest frequency of every element, renewed every step";
+    "power" => TimeStepSource::Power, "an estimate of the highest frequency of the assembled mesh, renewed every so many steps: larger \
+        steps where few elements are small or distorted, and never smaller ones";
+} }
 
 deck_choice! { OnInversion {
     "stop" => OnInversion::Stop, "the run ends with status 3, and shows the element and its neighbours through their last steps";

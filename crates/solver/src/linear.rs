@@ -1,0 +1,155 @@
+//! The linear forces of a block: what they depend on, and their sums on the nodes. The material is its elastic constants, so that
+//! this is compiled once for each element and not for each material.
+
+use crate::patch::{PATCH, Patches};
+use crate::solid_block::{MOST_LANES, NodalMotion, gather, rest, subtract};
+use estar_element::element::{Element, ElementStep, Tangent};
+use estar_element::hex8::{CORNERS, HexMotion};
+use estar_material::IsotropicElasticity;
+use estar_tensor::{Kernel, Real, Vector3};
+use rayon::prelude::*;
+
+/// A pack of elements in linear motion.
+#[derive(Clone, Copy)]
+pub(crate) struct LinearPack<R> {
+    /// On its last geometry, s; infinite of deleted elements.
+    pub stable_time_step: R,
+    pub tangent: Tangent<R>,
+}
+
+/// A block of elements in linear motion.
+#[derive(Clone, Copy)]
+pub(crate) struct Linear<'a, E> {
+    pub element: E,
+    pub elasticity: &'a IsotropicElasticity,
+    pub patches: &'a Patches,
+}
+
+impl<E: Element> Linear<'_, E> {
+    /// Finds the tangents of all packs at t_n with the damping of the step.
+    pub fn find_tangents<R: Real>(
+        self,
+        motion: NodalMotion<'_>,
+        step: &ElementStep,
+        corner_mass: &[R],
+        linear: &mut [LinearPack<R>],
+    ) {
+        let Self { element, elasticity, patches } = self;
+        let packs = PATCH / R::LANES;
+        let corners = patches.corners().par_chunks(packs * CORNERS * R::LANES);
+        let work = linear.par_chunks_mut(packs).zip(corners).zip(corner_mass.par_chunks(packs)).enumerate();
+        work.for_each(|(patch, ((linear, corners), corner_mass))| {
+            let places = Places { motion, nodes: patches.nodes(patch), corners };
+            R::vectorize(TangentKernel { element, elasticity, places, step, corner_mass, linear });
+        });
+    }
+
+    /// Writes −(K + 2C/Δt) z to the rows of the patches, z for the velocity of the motion.
+    pub fn apply_tangents<R: Real>(
+        self,
+        motion: NodalMotion<'_>,
+        hexes: &[u32],
+        linear: &[LinearPack<R>],
+        patch_forces: &mut [[f64; 4]],
+    ) {
+        let Self { element, elasticity, patches } = self;
+        let packs = PATCH / R::LANES;
+        let work = patch_forces
+            .par_chunks_mut(patches.stride())
+            .zip(hexes.par_chunks(PATCH))
+            .zip(patches.corners().par_chunks(packs * CORNERS * R::LANES))
+            .zip(linear.par_chunks(packs))
+            .enumerate();
+        work.for_each(|(patch, (((forces, hexes), corners), linear))| {
+            let nodes = patches.nodes(patch);
+            let (places, forces) = (Places { motion, nodes, corners }, &mut forces[..nodes.len()]);
+            R::vectorize(LinearKernel { element, elasticity, places, count: hexes.len(), linear, forces });
+        });
+    }
+}
+
+/// Where the nodes of a patch are and how they move.
+struct Places<'a> {
+    motion: NodalMotion<'a>,
+    nodes: &'a [u32],
+    corners: &'a [u16],
+}
+
+impl Places<'_> {
+    /// The motion of a pack; deleted elements stand still where they began.
+    #[inline(always)]
+    fn motion<R: Real>(&self, pack: usize, stable_time_step: R, corner_mass: R) -> HexMotion<R> {
+        let count = CORNERS * R::LANES;
+        let mut nodes = [0; CORNERS * MOST_LANES];
+        for (node, &corner) in nodes.iter_mut().zip(&self.corners[pack * count..(pack + 1) * count]) {
+            *node = self.nodes[corner as usize];
+        }
+        let (nodes, corner) = (&nodes[..count], [Vector3::zero(); CORNERS]);
+        let mut motion = HexMotion { reference: corner, position: corner, velocity: corner, corner_mass };
+        gather(&mut motion.reference, self.motion.reference, nodes);
+        gather(&mut motion.position, self.motion.displacement, nodes);
+        gather(&mut motion.velocity, self.motion.velocity, nodes);
+        for (position, reference) in motion.position.iter_mut().zip(&motion.reference) {
+            *position = *reference + *position;
+        }
+        rest(stable_time_step, &mut motion);
+        motion
+    }
+}
+
+/// Finds the tangents of a patch.
+struct TangentKernel<'a, E, R> {
+    element: E,
+    elasticity: &'a IsotropicElasticity,
+    places: Places<'a>,
+    step: &'a ElementStep,
+    corner_mass: &'a [R],
+    linear: &'a mut [LinearPack<R>],
+}
+
+impl<E: Element, R: Real> Kernel for TangentKernel<'_, E, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (pack, linear) in self.linear.iter_mut().enumerate() {
+            let stable_time_step = linear.stable_time_step;
+            let motion = self.places.motion(pack, stable_time_step, self.corner_mass[pack]);
+            let tangent = self.element.tangent(self.elasticity, stable_time_step, &motion, self.step);
+            let is_there = stable_time_step.lt(R::splat(f64::INFINITY));
+            linear.tangent = Tangent::select(is_there, &tangent, &Tangent::none());
+        }
+    }
+}
+
+/// Linear forces of a patch.
+struct LinearKernel<'a, E, R> {
+    element: E,
+    elasticity: &'a IsotropicElasticity,
+    places: Places<'a>,
+    /// Elements.
+    count: usize,
+    linear: &'a [LinearPack<R>],
+    forces: &'a mut [[f64; 4]],
+}
+
+impl<E: Element, R: Real> Kernel for LinearKernel<'_, E, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let mut corner_forces = [[[0.0; 4]; CORNERS]; MOST_LANES];
+        self.forces.fill([0.0; 4]);
+        let corners = self.places.corners.chunks_exact(CORNERS * R::LANES);
+        for ((pack, linear), corners) in self.linear.iter().enumerate().zip(corners) {
+            let motion = self.places.motion(pack, linear.stable_time_step, R::splat(0.0));
+            let forces =
+                self.element.linear_forces(self.elasticity, &linear.tangent, &motion.position, &motion.velocity);
+            for (corner, force) in forces.iter().enumerate() {
+                R::scatter(force.0, &mut corner_forces.as_flattened_mut()[corner..], CORNERS);
+            }
+            let lanes = (self.count - pack * R::LANES).min(R::LANES);
+            subtract::<R>(self.forces, &corner_forces[..lanes], corners);
+        }
+    }
+}
