@@ -768,3 +768,67 @@ fn every_example_is_written_and_good() {
     workshop.estar(&["example", "tailor"]).assert(2, &["there is no example `tailor`", "taylor, necking, cook, upset"]);
     workshop.estar(&["example"]).assert(2, &["NAME"]);
 }
+
+/// Width and height of a PNG, and whether it moves.
+fn png_of(workshop: &Workshop, name: &str) -> ([u32; 2], bool) {
+    let bytes = fs::read(workshop.path(name)).unwrap();
+    assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n", "{name}");
+    let number = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
+    ([number(16), number(20)], bytes.windows(4).any(|chunk| chunk == b"acTL"))
+}
+
+#[test]
+fn a_run_is_plotted_without_a_display() {
+    let workshop = Workshop::new();
+    workshop.run_deck(DECK, &[]).assert(0, &[]);
+    workshop.estar(&["plot", "deck", "--field", "velocity"]).assert(0, &["history.svg", "history.png", "picture.png"]);
+    assert_eq!(png_of(&workshop, "deck/plots/picture.png"), ([1200, 900], false));
+    // text is drawn as outlines: what can be seen is that there is something
+    assert!(workshop.read("deck/plots/history.svg").matches("<path").count() > 50);
+
+    let small = ["plot", "deck", "--size", "320x240", "--output", "small", "--view", "-30,20", "--mirror", "x,y"];
+    let moving = ["--field", "velocity", "--component", "x", "--range", "-1,2", "--no-edges", "--animate"];
+    workshop.estar(&[&small[..], &moving[..]].concat()).assert(0, &["animation.png"]);
+    assert_eq!(png_of(&workshop, "small/animation.png"), ([320, 240], true));
+
+    workshop.estar(&["run", "deck.toml", "--output", "other", "--quiet"]).assert(0, &[]);
+    let compared = ["plot", "deck", "--compare", "other", "--field", "displacement", "--time", "0.01"];
+    workshop.estar(&compared).assert(0, &["picture.png"]);
+}
+
+#[test]
+fn plots_that_cannot_be_are_refused_with_what_would_be_right() {
+    let workshop = Workshop::new();
+    workshop.run_deck(DECK, &[]).assert(0, &[]);
+    let refused = |arguments: &[&str], code: i32, parts: &[&str]| {
+        workshop.estar(&[&["plot"], arguments].concat()).assert(code, parts);
+    };
+    refused(&["nowhere"], 4, &["nowhere holds no results", "estar run"]);
+    refused(&["deck", "--compare", "nowhere"], 4, &["nowhere holds no results"]);
+    refused(&["deck", "--field", "velocities"], 2, &["no field `velocities`", "did you mean `velocity`?"]);
+    refused(&["deck", "--field", "velocity", "--component", "xx"], 2, &["no component `xx`", "`x`, `y`, `z`"]);
+    refused(&["deck", "--field", "pressure", "--component", "x"], 2, &["it is one number"]);
+    refused(&["deck", "--view", "above"], 2, &["iso, x, y, z"]);
+    refused(&["deck", "--range", "2,1"], 2, &["the smaller first"]);
+    refused(&["deck", "--size", "10x10"], 2, &["from 64 to 8192"]);
+    refused(&["deck", "--mirror", "w"], 2, &["x, y or z"]);
+
+    let frame = workshop.path("deck/fields/frame_00004.vtu");
+    let bytes = fs::read(&frame).unwrap();
+    fs::write(&frame, &bytes[..bytes.len() / 2]).unwrap();
+    refused(&["deck"], 4, &["frame_00004.vtu: no frame of this program"]);
+    fs::remove_file(&frame).unwrap();
+    refused(&["deck"], 4, &["frame_00004.vtu: cannot be read"]);
+    fs::write(workshop.path("deck/history.csv"), "time,step\n0.0\n").unwrap();
+    refused(&["deck"], 4, &["history.csv: line 2 has 1 cells, not 2"]);
+}
+
+#[test]
+fn completions_and_the_manual_know_every_command() {
+    let workshop = Workshop::new();
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        workshop.estar(&["completions", shell]).assert(0, &["estar", "stop-at-step", "verify"]);
+    }
+    workshop.estar(&["completions", "tcsh"]).assert(2, &["bash"]);
+    workshop.estar(&["man"]).assert(0, &[".TH", "estar\\-run", "estar\\-plot"]);
+}

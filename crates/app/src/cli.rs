@@ -7,12 +7,15 @@ use crate::deck::json_schema;
 use crate::example::{self, ExampleArguments};
 use crate::failure::Failure;
 use crate::mesh_command::{MeshCommand, mesh};
+use crate::plot_command::{self, PlotArguments};
 use crate::point::{PointOptions, point};
 use crate::run::{RunOptions, run};
 use crate::signals::survive_file_size_limit;
-use clap::{Args, Parser, Subcommand};
+use crate::verify::{self, VerifyArguments};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 use estar_solver::LaneLevel;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Explicit finite elements for solids that deform a lot and yield.
@@ -36,6 +39,10 @@ enum Command {
     Check(CheckArguments),
     /// Lead a material along a path, without a mesh: a table and plots
     Point(PointArguments),
+    /// Run the cases of verification on this machine, and write a report
+    Verify(VerifyArguments),
+    /// Curves of a run and a shaded picture of its body, without a display
+    Plot(PlotArguments),
     /// Write a ready deck and its mesh
     Example(ExampleArguments),
     /// Make structured meshes, or look into a mesh file
@@ -43,6 +50,13 @@ enum Command {
     Mesh(MeshCommand),
     /// Time per element step of every element and material, against the limits of this machine
     Bench(BenchArguments),
+    /// Print the completions of a shell, to be put where it looks for them
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Print the manual page, for `man -l -`
+    Man,
 }
 
 #[derive(Debug, Args)]
@@ -211,8 +225,12 @@ fn execute(command: Command) -> Result<(), Failure> {
             point(&PointOptions { deck, overrides, output })
         }
         Command::Point(PointArguments { deck: None, .. }) => print_schema(&json_schema::of_point_deck()),
+        Command::Verify(arguments) => verify::verify(&arguments),
+        Command::Plot(arguments) => plot_command::plot(&arguments),
         Command::Example(arguments) => example::example(&arguments),
         Command::Mesh(command) => mesh(&command),
+        Command::Completions { shell } => print_completions(shell),
+        Command::Man => print_manual(),
         Command::Bench(arguments) => bench(&BenchOptions {
             threads: arguments.threads,
             lanes: arguments.lanes.map_or_else(|| vec![LaneLevel::best()], |levels| levels.0),
@@ -222,6 +240,27 @@ fn execute(command: Command) -> Result<(), Failure> {
             json: arguments.json,
         }),
     }
+}
+
+fn print_completions(shell: Shell) -> Result<(), Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "estar", &mut script);
+    print(&String::from_utf8_lossy(&script))
+}
+
+/// The page of the program, and those of its commands one after another.
+fn print_manual() -> Result<(), Failure> {
+    let mut page = Vec::new();
+    let program = Cli::command();
+    let mut render = |command: clap::Command| {
+        clap_mangen::Man::new(command).render(&mut page).map_err(Failure::writing(Path::new("standard output")))
+    };
+    render(program.clone())?;
+    for command in program.get_subcommands() {
+        let name = format!("estar-{}", command.get_name());
+        render(command.clone().name(name))?;
+    }
+    print(&String::from_utf8_lossy(&page))
 }
 
 fn print_schema(schema: &serde_json::Value) -> Result<(), Failure> {

@@ -2,6 +2,7 @@
 
 use crate::console::print;
 use crate::failure::Failure;
+use crate::shipped;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -22,34 +23,29 @@ pub struct ExampleArguments {
     force: bool,
 }
 
-/// A deck with its mesh.
+/// A deck with its mesh, in the folder `meshes` of the repository under its name.
 struct Example {
     name: &'static str,
     about: &'static str,
-    files: &'static [(&'static str, &'static [u8])],
 }
 
-macro_rules! files {
-    ($name:literal) => {
-        &[
-            (concat!($name, ".toml"), include_bytes!(concat!("../../../meshes/", $name, "/", $name, ".toml"))),
-            (concat!($name, ".msh"), include_bytes!(concat!("../../../meshes/", $name, "/", $name, ".msh"))),
-        ]
-    };
+impl Example {
+    fn files(&self) -> impl Iterator<Item = (String, &'static [u8])> {
+        let file = |ending: &str| {
+            let name = format!("{}.{ending}", self.name);
+            shipped::file(&format!("meshes/{}/{name}", self.name)).map(|content| (name, content))
+        };
+        ["toml", "msh"].into_iter().filter_map(file)
+    }
 }
 
 const EXAMPLES: [Example; 4] = [
-    Example {
-        name: "taylor",
-        about: "a copper rod hits a rigid wall at 227 m/s and mushrooms",
-        files: files!("taylor"),
-    },
-    Example { name: "necking", about: "a round bar is pulled until it necks", files: files!("necking") },
-    Example { name: "cook", about: "Cook's membrane: bending and shear of a plastic panel", files: files!("cook") },
+    Example { name: "taylor", about: "a copper rod hits a rigid wall at 227 m/s and mushrooms" },
+    Example { name: "necking", about: "a round bar is pulled until it necks" },
+    Example { name: "cook", about: "Cook's membrane: bending and shear of a plastic panel" },
     Example {
         name: "upset",
         about: "a billet is upset between rough platens: moving rigid walls, a quasi-static process",
-        files: files!("upset"),
     },
 ];
 
@@ -75,18 +71,18 @@ pub fn example(arguments: &ExampleArguments) -> Result<(), Failure> {
     };
     let directory = arguments.output.clone().unwrap_or_else(|| PathBuf::from(example.name));
     write(example, &directory, arguments.force)?;
-    let deck = directory.join(example.files[0].0);
+    let deck = directory.join(format!("{}.toml", example.name));
     print(&format!("{}: {}\nrun it: estar run {}", directory.display(), example.about, deck.display()))
 }
 
 fn write(example: &Example, directory: &Path, force: bool) -> Result<(), Failure> {
-    let paths = || example.files.iter().map(|(name, _)| directory.join(name));
-    if let Some(path) = paths().find(|path| path.exists()).filter(|_| !force) {
+    let files: Vec<_> = example.files().map(|(name, content)| (directory.join(name), content)).collect();
+    if let Some((path, _)) = files.iter().find(|(path, _)| path.exists()).filter(|_| !force) {
         let message = format!("error: {} is there already\nhelp: overwrite it with --force", path.display());
         return Err(Failure::Input(message));
     }
     std::fs::create_dir_all(directory).map_err(Failure::writing(directory))?;
-    for ((_, content), path) in example.files.iter().zip(paths()) {
+    for (path, content) in files {
         estar_io::write_atomically(&path, content).map_err(Failure::writing(&path))?;
     }
     Ok(())

@@ -41,6 +41,12 @@ impl Failure {
         }
     }
 
+    /// A file that could not be read.
+    pub fn reading(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |error| Self::File(format!("error: {}: cannot be read: {error}", path.display()))
+    }
+
     /// A file that could not be written.
     pub fn writing(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();

@@ -73,6 +73,18 @@ impl ProbeField {
     }
 }
 
+/// SI unit of a field of the frames by its name; none of a pure number or of a name that is no field's.
+pub fn unit_of(name: &str) -> Option<String> {
+    let dimension = match name {
+        "displacement" => ProbeField::Displacement.dimension(),
+        "velocity" => ProbeField::Velocity.dimension(),
+        "cauchy_stress" | "von_mises_stress" | "pressure" => ProbeField::CauchyStress.dimension(),
+        "temperature" => ProbeField::Temperature.dimension(),
+        _ => return None,
+    };
+    Some(dimension.si_unit().to_owned())
+}
+
 /// A component of a vector or a tensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Component {

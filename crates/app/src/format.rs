@@ -35,6 +35,31 @@ pub fn prefixed(number: f64) -> String {
     }
 }
 
+/// A number in four digits: `0.25`, `-12.5`, `3.2e8`.
+pub fn short(number: f64) -> String {
+    let magnitude = number.abs();
+    if number == 0.0 || (1e-3..1e5).contains(&magnitude) {
+        let decimals = if magnitude >= 1000.0 {
+            0
+        } else if magnitude >= 100.0 {
+            1
+        } else if magnitude >= 10.0 {
+            2
+        } else {
+            3
+        };
+        let text = format!("{number:.decimals$}");
+        return if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
+    }
+    let text = format!("{number:.3e}");
+    match text.split_once('e') {
+        Some((digits, power)) if digits.contains('.') => {
+            format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.'))
+        }
+        _ => text,
+    }
+}
+
 /// Bytes: `3.2 MiB`.
 pub fn bytes(number: f64) -> String {
     let units = [(30, "GiB"), (20, "MiB"), (10, "KiB")];
@@ -58,5 +83,10 @@ mod tests {
         assert_eq!(count(12.0), "12");
         assert_eq!(prefixed(12_345_678.0), "12.35 M");
         assert_eq!(bytes(3.5 * 1_048_576.0), "3.5 MiB");
+        for (number, text) in [(0.0, "0"), (0.25, "0.25"), (-12.5, "-12.5"), (3.2e8, "3.2e8"), (8e-5, "8e-5")] {
+            assert_eq!(short(number), text);
+        }
+        assert_eq!(short(1.0), "1");
+        assert_eq!(short(f64::NAN), "NaN");
     }
 }

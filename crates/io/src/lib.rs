@@ -20,6 +20,7 @@ mod results;
 #[cfg(test)]
 mod test_folder;
 mod vtu;
+mod vtu_reader;
 
 pub use atomic::{AtomicFile, append_whole, write_atomically};
 pub use checkpoint::{Checkpoint, CheckpointError, CheckpointWriter, Numbers};
@@ -29,3 +30,4 @@ pub use history::{HistoryWriter, Value};
 pub use mesh_file::{MeshFile, read_mesh, read_mesh_bytes};
 pub use results::{ResultWriter, WriteError};
 pub use vtu::{Field, FieldData, Frame, FrameError, Grid};
+pub use vtu_reader::{FieldContent, FrameContent, FrameReadError, read_frame, read_frame_bytes};

@@ -1,29 +1,16 @@
 //! What is written for ParaView, read back as VTK's format says.
 
+mod common;
+
+use common::Folder;
 use std::collections::HashMap;
 use std::fs;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use estar_io::{Field, FieldData, Frame, FrameError, Grid, ResultWriter, WriteError};
 use estar_mesh::Mesh;
 use estar_mesh::generate::{BoxSpec, box_mesh};
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("estar-results-{}-{name}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
 
 /// 4,096 hexes: a scalar field fills whole blocks exactly, and a tensor field several.
 fn mesh() -> Mesh {

@@ -35,6 +35,60 @@ pub enum Ink {
     },
 }
 
+/// Pixels of a picture, row by row from the top.
+#[derive(Clone, Debug)]
+pub struct Raster {
+    /// Width and height.
+    pub size: [usize; 2],
+    /// The pixels.
+    pub pixels: Vec<Colour>,
+}
+
+/// Tenths of a second that a frame of an animation is seen, and the last one.
+const DELAYS: [u16; 2] = [1, 15];
+
+impl Raster {
+    /// The picture as PNG.
+    ///
+    /// # Errors
+    /// It has no pixels.
+    pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+        let mut content = Vec::new();
+        let mut writer = self.encoder(&mut content).write_header()?;
+        writer.write_image_data(self.pixels.as_flattened())?;
+        writer.finish()?;
+        Ok(content)
+    }
+
+    fn encoder<'a>(&self, content: &'a mut Vec<u8>) -> png::Encoder<'a, &'a mut Vec<u8>> {
+        let mut encoder = png::Encoder::new(content, self.size[0] as u32, self.size[1] as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder
+    }
+}
+
+/// Pictures of one size, one after another, as an animated PNG that begins again at its end.
+///
+/// # Errors
+/// There are none, or they have no pixels.
+pub fn animated_png(pictures: &[Raster]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut content = Vec::new();
+    let [first, ..] = pictures else { return Ok(content) };
+    let mut encoder = first.encoder(&mut content);
+    encoder.set_animated(pictures.len() as u32, 0)?;
+    encoder.set_frame_delay(DELAYS[0], 10)?;
+    let mut writer = encoder.write_header()?;
+    for (index, picture) in pictures.iter().enumerate() {
+        if index + 1 == pictures.len() {
+            writer.set_frame_delay(DELAYS[1], 10)?;
+        }
+        writer.write_image_data(picture.pixels.as_flattened())?;
+    }
+    writer.finish()?;
+    Ok(content)
+}
+
 /// Shapes on a white ground, later ones over earlier ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
@@ -112,6 +166,18 @@ impl Drawing {
 
     /// The drawing as PNG, with so many pixels per unit; nothing if that is more than a picture can hold.
     pub fn png(&self, scale: f64) -> Option<Vec<u8>> {
+        self.pixmap(scale)?.encode_png().ok()
+    }
+
+    /// The drawing in pixels, so many per unit; nothing if that is more than a picture can hold.
+    pub fn raster(&self, scale: f64) -> Option<Raster> {
+        let pixmap = self.pixmap(scale)?;
+        let size = [pixmap.width(), pixmap.height()].map(|length| length as usize);
+        let pixels = pixmap.pixels().iter().map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect();
+        Some(Raster { size, pixels })
+    }
+
+    fn pixmap(&self, scale: f64) -> Option<Pixmap> {
         let [width, height] = self.size.map(|length| (length * scale).ceil() as u32);
         let mut pixels = Pixmap::new(width, height)?;
         pixels.fill(tiny_skia::Color::WHITE);
@@ -137,7 +203,7 @@ impl Drawing {
                 }
             }
         }
-        pixels.encode_png().ok()
+        Some(pixels)
     }
 }
 

@@ -39,7 +39,7 @@ pub struct Axis {
 /// A line through points. One that is not finite breaks it.
 #[derive(Clone, Debug, Default)]
 pub struct Curve {
-    /// Its name in the legend, with markup.
+    /// Its name in the legend, with markup; one without a name is not in it.
     pub label: String,
     /// Which of the colours it has.
     pub colour: usize,
@@ -134,7 +134,7 @@ impl Panel {
             }
             let lines: Vec<Vec<Vec<[f64; 2]>>> = self.curves.iter().map(|curve| frame.lines(curve)).collect();
             let place = self.legend_place(&frame, &lines);
-            if place.is_some() || headroom > MOST_HEADROOM || self.curves.len() < 2 {
+            if place.is_some() || headroom > MOST_HEADROOM || self.named().count() < 2 {
                 break ((frame, lines), place);
             }
             headroom += 0.1;
@@ -147,15 +147,20 @@ impl Panel {
             }
         }
         if let Some(corner) = legend
-            && self.curves.len() > 1
+            && self.named().count() > 1
         {
             self.draw_legend(drawing, corner);
         }
     }
 
+    /// The curves that the legend names.
+    fn named(&self) -> impl Iterator<Item = &Curve> {
+        self.curves.iter().filter(|curve| !curve.label.is_empty())
+    }
+
     fn legend_size(&self) -> [f64; 2] {
-        let widest = self.curves.iter().map(|curve| text::width(&curve.label, LEGEND_SIZE)).fold(0.0, f64::max);
-        [SAMPLE + 6.0 + widest, ROW * self.curves.len() as f64]
+        let widest = self.named().map(|curve| text::width(&curve.label, LEGEND_SIZE)).fold(0.0, f64::max);
+        [SAMPLE + 6.0 + widest, ROW * self.named().count() as f64]
     }
 
     /// The corner of a legend that no line crosses: the first that is free, from the right above to the left below.
@@ -182,7 +187,7 @@ impl Panel {
     }
 
     fn draw_legend(&self, drawing: &mut Drawing, [left, top]: [f64; 2]) {
-        for (row, curve) in self.curves.iter().enumerate() {
+        for (row, curve) in self.named().enumerate() {
             let middle = top + ROW * (row as f64 + 0.5);
             drawing.line(&[[left, middle], [left + SAMPLE, middle]], pen(curve));
             if curve.is_dotted {

@@ -1,9 +1,28 @@
-//! One small mesh in every format.
+//! One small mesh in every format, and a folder to write to.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use estar_io::write_gmsh;
 use estar_mesh::generate::{BoxSpec, box_mesh};
 use estar_mesh::{Group, GroupKind, Mesh};
+use std::fs;
+use std::path::PathBuf;
+
+/// A folder of its own for a test, gone when the test is over.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    pub fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("estar-results-{}-{name}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
 
 /// Four hexes with groups of every kind, numbered with gaps and out of order.
 pub fn sample() -> Mesh {

@@ -1,0 +1,383 @@
+//! `estar plot`: curves and pictures of a run, without a display.
+
+use crate::console::print;
+use crate::failure::Failure;
+use crate::fields;
+use crate::plot::drawing::{self, Ink, Raster};
+use crate::plot::shaded::{self, Style, View, Window};
+use crate::plot::surface::{Part, Surface};
+use crate::plot::text::{self, Anchor, Placement};
+use crate::plot::{Axis, Curve, Drawing, Figure, Panel};
+use crate::table::Table;
+use clap::Args;
+use estar_io::{FrameContent, read_frame, write_atomically};
+use std::path::{Path, PathBuf};
+
+/// What the command line asks for.
+#[derive(Debug, Args)]
+pub struct PlotArguments {
+    /// Directory of a run's results
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+    /// Directory of another run, whose curves are laid over those of the first
+    #[arg(long, value_name = "DIR2")]
+    compare: Option<PathBuf>,
+    /// Directory to write to; `plots` in DIR unless given
+    #[arg(long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Field that colours the picture: any of the frames
+    #[arg(long, value_name = "NAME", default_value = "equivalent_plastic_strain")]
+    field: String,
+    /// Component of the field: x, y, z, xx, yy, zz, xy, yz or xz; the length of a vector unless given
+    #[arg(long, value_name = "NAME")]
+    component: Option<String>,
+    /// Frame at or before this time, s; the last unless given
+    #[arg(long, value_name = "TIME", conflicts_with = "animate")]
+    time: Option<f64>,
+    /// From where: iso, x, y, z, or azimuth and elevation in degrees such as 30,20
+    #[arg(long, value_name = "VIEW", default_value = "iso", value_parser = view, allow_hyphen_values = true)]
+    view: View,
+    /// Values at the ends of the colours, such as 0,2; those of the field unless given
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    range: Option<[f64; 2]>,
+    /// Mirror the body in the planes x = 0, y = 0 or z = 0, such as x,y for a quarter
+    #[arg(long, value_name = "AXES", value_delimiter = ',', value_parser = axis)]
+    mirror: Vec<usize>,
+    /// Leave out the edges of the elements
+    #[arg(long)]
+    no_edges: bool,
+    /// Width and height of the picture in pixels
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1200x900", value_parser = size)]
+    size: Size,
+    /// All frames as one animation (animation.png, an APNG, which browsers play)
+    #[arg(long)]
+    animate: bool,
+}
+
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug)]
+struct Size([usize; 2]);
+
+fn view(text: &str) -> Result<View, String> {
+    let named = [("iso", 35.0, 25.0), ("x", 0.0, 0.0), ("y", 90.0, 0.0), ("z", -90.0, 90.0)];
+    if let Some((_, azimuth, elevation)) = named.into_iter().find(|(name, ..)| *name == text) {
+        return Ok(View { azimuth, elevation });
+    }
+    match pair(text) {
+        Some([azimuth, elevation]) => Ok(View { azimuth, elevation }),
+        None => Err("iso, x, y, z, or two angles in degrees such as 30,20".to_owned()),
+    }
+}
+
+fn range(text: &str) -> Result<[f64; 2], String> {
+    match pair(text) {
+        Some([low, high]) if low < high => Ok([low, high]),
+        _ => Err("two numbers, the smaller first, such as 0,2".to_owned()),
+    }
+}
+
+fn pair(text: &str) -> Option<[f64; 2]> {
+    let (first, second) = text.split_once(',')?;
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    Some([number(first)?, number(second)?])
+}
+
+fn axis(text: &str) -> Result<usize, String> {
+    ["x", "y", "z"].iter().position(|name| *name == text).ok_or_else(|| "x, y or z".to_owned())
+}
+
+fn size(text: &str) -> Result<Size, String> {
+    let number = |text: &str| text.parse().ok().filter(|length| (64..=8192).contains(length));
+    let size = text.split_once('x').and_then(|(width, height)| Some(Size([number(width)?, number(height)?])));
+    size.ok_or_else(|| "two whole numbers from 64 to 8192, such as 1200x900".to_owned())
+}
+
+/// Plots a run.
+///
+/// # Errors
+/// There are no results, they cannot be read, or the plots cannot be written.
+pub fn plot(arguments: &PlotArguments) -> Result<(), Failure> {
+    let runs: Vec<&PathBuf> = [Some(&arguments.directory), arguments.compare.as_ref()].into_iter().flatten().collect();
+    if let Some(stranger) = runs.iter().find(|run| !run.join("results.pvd").exists()) {
+        let message = format!("error: {} holds no results of a run", stranger.display());
+        return Err(Failure::File(format!("{message}\nhelp: it is to be the directory that `estar run` wrote to")));
+    }
+    let output = arguments.output.clone().unwrap_or_else(|| arguments.directory.join("plots"));
+    let histories = runs.iter().map(|run| Table::read(&run.join("history.csv"))).collect::<Result<Vec<_>, _>>()?;
+    let figure = history_figure(&histories, &runs);
+    std::fs::create_dir_all(&output).map_err(Failure::writing(&output))?;
+    let mut written = Vec::new();
+    let mut write = |name: &str, content: &[u8]| -> Result<(), Failure> {
+        let path = output.join(name);
+        write_atomically(&path, content).map_err(Failure::writing(&path))?;
+        written.push(path.display().to_string());
+        Ok(())
+    };
+    let drawing = figure.drawing();
+    write("history.svg", drawing.svg().as_bytes())?;
+    write("history.png", &drawing.png(2.0).ok_or_else(too_large)?)?;
+
+    let series = Series::of(&arguments.directory)?;
+    if arguments.animate {
+        let pictures = animation(arguments, &series)?;
+        write("animation.png", &drawing::animated_png(&pictures).map_err(not_encoded)?)?;
+    } else {
+        let frame = series.at(arguments.time)?;
+        let surface = surface(arguments, &frame)?;
+        let (range, window) = (arguments.range.or(surface.range()).unwrap_or([0.0, 1.0]), None);
+        let picture = picture(arguments, &frame, &surface, range, window)?;
+        write("picture.png", &picture.png().map_err(not_encoded)?)?;
+    }
+    print(&written.join("\n"))
+}
+
+fn not_encoded(error: png::EncodingError) -> Failure {
+    Failure::File(format!("error: the picture cannot be written: {error}"))
+}
+
+fn too_large() -> Failure {
+    Failure::Input("error: the plot is larger than a picture can be".to_owned())
+}
+
+/// The frames of a run.
+struct Series {
+    /// Times and files.
+    frames: Vec<(f64, PathBuf)>,
+}
+
+impl Series {
+    /// Those that `results.pvd` names.
+    fn of(directory: &Path) -> Result<Self, Failure> {
+        let path = directory.join("results.pvd");
+        let text = std::fs::read_to_string(&path).map_err(Failure::reading(&path))?;
+        let attribute = |tag: &str, name: &str| -> Option<String> {
+            let (_, after) = tag.split_once(&format!("{name}=\""))?;
+            after.split_once('"').map(|(value, _)| value.to_owned())
+        };
+        let frames: Vec<(f64, PathBuf)> = text
+            .split('<')
+            .filter(|tag| tag.starts_with("DataSet"))
+            .filter_map(|tag| {
+                Some((attribute(tag, "timestep")?.parse().ok()?, directory.join(attribute(tag, "file")?)))
+            })
+            .collect();
+        if frames.is_empty() {
+            return Err(Failure::File(format!("error: {}: it names no frame", path.display())));
+        }
+        Ok(Self { frames })
+    }
+
+    /// The frame at or before a time, or the last one.
+    fn at(&self, time: Option<f64>) -> Result<FrameContent, Failure> {
+        let is_due = |frame: &&(f64, PathBuf)| time.is_none_or(|time| frame.0 <= time * (1.0 + 1e-12));
+        let (_, path) = self.frames.iter().rev().find(is_due).unwrap_or(&self.frames[0]);
+        read(path)
+    }
+}
+
+fn read(path: &Path) -> Result<FrameContent, Failure> {
+    read_frame(path).map_err(|error| Failure::File(format!("error: {error}")))
+}
+
+/// The surface with the field that is asked for.
+fn surface(arguments: &PlotArguments, frame: &FrameContent) -> Result<Surface, Failure> {
+    let part = part(arguments, frame)?;
+    let surface = Surface::of(frame, &arguments.field, part).ok_or_else(|| no_field(arguments, frame))?;
+    Ok(arguments.mirror.iter().fold(surface, |surface, axis| surface.mirrored(*axis)))
+}
+
+fn no_field(arguments: &PlotArguments, frame: &FrameContent) -> Failure {
+    let names: Vec<&str> = frame.node_fields.keys().chain(frame.cell_fields.keys()).map(String::as_str).collect();
+    let similar = crate::diagnostics::nearest(&arguments.field, names.iter().copied());
+    let similar = similar.map_or(String::new(), |name| format!("did you mean `{name}`? "));
+    Failure::Input(format!(
+        "error: the frames have no field `{}`\nhelp: {similar}they have {}",
+        arguments.field,
+        crate::diagnostics::listed(names.iter().copied())
+    ))
+}
+
+fn part(arguments: &PlotArguments, frame: &FrameContent) -> Result<Part, Failure> {
+    let Some(name) = &arguments.component else { return Ok(Part::Magnitude) };
+    let field = frame.node_fields.get(&arguments.field).or_else(|| frame.cell_fields.get(&arguments.field));
+    let field = field.ok_or_else(|| no_field(arguments, frame))?;
+    let names: &[&str] = match field.components {
+        3 => &["x", "y", "z"],
+        6 => &["xx", "yy", "zz", "xy", "yz", "xz"],
+        _ => &[],
+    };
+    let place = names.iter().position(|known| known == name);
+    place.map(Part::Component).ok_or_else(|| {
+        let help = match names {
+            [] => "it is one number".to_owned(),
+            names => format!("its components are {}", crate::diagnostics::listed(names.iter().copied())),
+        };
+        Failure::Input(format!("error: the field `{}` has no component `{name}`\nhelp: {help}", arguments.field))
+    })
+}
+
+/// Room for the colour bar at the right, in pixels of a picture that is 900 high.
+const BAR_ROOM: f64 = 190.0;
+
+/// A picture with its colour bar.
+fn picture(
+    arguments: &PlotArguments,
+    frame: &FrameContent,
+    surface: &Surface,
+    range: [f64; 2],
+    window: Option<Window>,
+) -> Result<Raster, Failure> {
+    let Size([width, height]) = arguments.size;
+    let unit = height as f64 / 900.0;
+    let body_width = width.saturating_sub((BAR_ROOM * unit) as usize).max(1);
+    let style = Style { view: arguments.view, range, has_edges: !arguments.no_edges };
+    let window = window.unwrap_or_else(|| Window::around([surface].into_iter(), arguments.view));
+    let body = shaded::draw(surface, &style, &window, [body_width, height]);
+
+    let mut drawing = Drawing::new([width as f64, height as f64]);
+    let bar = [width as f64 - (BAR_ROOM - 24.0) * unit, 260.0 * unit, 34.0 * unit, 420.0 * unit];
+    colour_bar(&mut drawing, arguments, range, bar, unit);
+    let time = format!("t = {} s", crate::format::short(frame.time));
+    let at = [bar[0], bar[1] + bar[3] + 60.0 * unit];
+    write_text(&mut drawing, &time, at, 19.0 * unit);
+    let mut raster = drawing.raster(1.0).ok_or_else(too_large)?;
+    for row in 0..height {
+        let start = row * width;
+        raster.pixels[start..start + body_width]
+            .copy_from_slice(&body.pixels[row * body_width..(row + 1) * body_width]);
+    }
+    Ok(raster)
+}
+
+fn write_text(drawing: &mut Drawing, words: &str, at: [f64; 2], size: f64) {
+    let placement = Placement { at, size, anchor: Anchor::Start, upright: false };
+    text::write(drawing, words, placement, [32, 32, 32]);
+}
+
+fn colour_bar(
+    drawing: &mut Drawing,
+    arguments: &PlotArguments,
+    range: [f64; 2],
+    [left, top, width, height]: [f64; 4],
+    unit: f64,
+) {
+    const STEPS: usize = 128;
+    const TICKS: usize = 4;
+    for step in 0..STEPS {
+        let share = (step as f64 + 0.5) / STEPS as f64;
+        let colour = shaded::colour(range[0] + share * (range[1] - range[0]), range);
+        let bottom = top + height * (1.0 - step as f64 / STEPS as f64);
+        // a little higher than its share, so that no seam is seen
+        let upper = (bottom - height / STEPS as f64 - 0.5).max(top);
+        drawing.rectangle([left, upper], [left + width, bottom], Ink::Fill(colour));
+    }
+    let pen = Ink::Stroke { colour: [32, 32, 32], width: unit, dashes: &[] };
+    drawing.rectangle([left, top], [left + width, top + height], pen);
+    for tick in 0..=TICKS {
+        let share = tick as f64 / TICKS as f64;
+        let value = range[0] + share * (range[1] - range[0]);
+        let at = [left + width + 9.0 * unit, top + height * (1.0 - share) + 7.0 * unit];
+        write_text(drawing, &crate::format::short(value), at, 19.0 * unit);
+    }
+    let component = arguments.component.as_ref().map_or(String::new(), |name| format!(" {name}"));
+    let name = format!("{}{component}", arguments.field.replace('_', " "));
+    let unit_name = fields::unit_of(&arguments.field).map_or(String::new(), |unit| format!("[{unit}]"));
+    // a word a line: names are longer than the bar is wide
+    let lines: Vec<&str> = name.split(' ').chain([unit_name.as_str()]).filter(|line| !line.is_empty()).collect();
+    for (index, line) in lines.iter().rev().enumerate() {
+        write_text(drawing, line, [left, top - (18.0 + 25.0 * index as f64) * unit], 20.0 * unit);
+    }
+}
+
+/// A picture of each frame, all with the same window and range.
+fn animation(arguments: &PlotArguments, series: &Series) -> Result<Vec<Raster>, Failure> {
+    let frames = series.frames.iter().map(|(_, path)| read(path)).collect::<Result<Vec<_>, _>>()?;
+    let surfaces = frames.iter().map(|frame| surface(arguments, frame)).collect::<Result<Vec<_>, _>>()?;
+    let window = Window::around(surfaces.iter(), arguments.view);
+    let ranges = || surfaces.iter().filter_map(Surface::range);
+    let low = ranges().map(|range| range[0]).fold(f64::INFINITY, f64::min);
+    let high = ranges().map(|range| range[1]).fold(f64::NEG_INFINITY, f64::max);
+    let range = arguments.range.unwrap_or(if low <= high { [low, high] } else { [0.0, 1.0] });
+    let draw = |(frame, surface)| picture(arguments, frame, surface, range, Some(window));
+    frames.iter().zip(&surfaces).map(draw).collect()
+}
+
+/// An energy that is never more than this share of the largest is not shown.
+const SEEN: f64 = 1e-3;
+
+/// Energies that share a panel.
+const ENERGIES: [&str; 11] = [
+    "kinetic_energy",
+    "internal_energy",
+    "plastic_dissipation",
+    "external_work",
+    "contact_energy",
+    "friction_energy",
+    "viscous_energy",
+    "hourglass_energy",
+    "damping_energy",
+    "deleted_energy",
+    "mass_scaling_energy",
+];
+
+/// Columns with a panel of their own, with their units.
+const OTHERS: [(&str, &str); 5] = [
+    ("energy_error", ""),
+    ("time_step", "s"),
+    ("max_equivalent_plastic_strain", ""),
+    ("min_jacobian", ""),
+    ("kinetic_over_internal", ""),
+];
+
+/// Columns that are no curve over time.
+const SKIPPED: [&str; 6] = ["time", "step", "controlling_element", "momentum_x", "momentum_y", "momentum_z"];
+
+/// The curves of one run, or of two laid over each other: the first solid, the second dashed.
+fn history_figure(histories: &[Table], runs: &[&PathBuf]) -> Figure {
+    let first = &histories[0];
+    let panel = |columns: &[&str], label: &str, unit: &str| {
+        let of_run = |(run, history): (usize, &Table)| -> Vec<Curve> {
+            let curve = |(colour, column): (usize, &&str)| {
+                // one quantity has its name on the axis, and the second run has the colours of the first
+                let label = if columns.len() > 1 && run == 0 { plain(column) } else { String::new() };
+                Some(Curve { label, colour, dash: run, points: history.pairs("time", column)?, ..Curve::default() })
+            };
+            columns.iter().enumerate().filter_map(curve).collect()
+        };
+        let axis = |label: &str, unit: &str| Axis { label: label.to_owned(), unit: unit.to_owned(), ..Axis::default() };
+        let curves = histories.iter().enumerate().flat_map(of_run).collect();
+        Panel { x: axis("time", "s"), y: axis(label, unit), curves, ..Panel::default() }
+    };
+    let largest = |column: &str| {
+        first.column(column).map_or(0.0, |values| values.iter().map(|value| value.abs()).fold(0.0, f64::max))
+    };
+    let most = ENERGIES.iter().map(|column| largest(column)).fold(0.0, f64::max);
+    let energies: Vec<&str> = ENERGIES.into_iter().filter(|column| largest(column) > SEEN * most).collect();
+    let mut panels = vec![panel(&energies, "energy", "J")];
+    for (column, unit) in OTHERS.into_iter().filter(|(column, _)| largest(column) > 0.0) {
+        let mut panel = panel(&[column], &plain(column), unit);
+        // it begins at infinity, and what counts is how small it becomes
+        panel.y.is_logarithmic = column == "kinetic_over_internal";
+        panels.push(panel);
+    }
+    let is_known = |column: &str| {
+        SKIPPED.contains(&column) || ENERGIES.contains(&column) || OTHERS.iter().any(|(other, _)| *other == column)
+    };
+    for probe in first.names().filter(|column| !is_known(column)) {
+        panels.push(panel(&[probe], &plain(probe), ""));
+    }
+    let name = |run: &Path| match run.file_name() {
+        Some(name) => name.to_string_lossy().into_owned(),
+        None => run.display().to_string(),
+    };
+    let title = match runs {
+        [first, second] => format!("{} (solid), {} (dashed)", name(first), name(second)),
+        runs => runs.iter().map(|run| name(run)).collect(),
+    };
+    Figure { title, panels }
+}
+
+/// The name of a column in words.
+fn plain(column: &str) -> String {
+    column.replace('_', " ")
+}

@@ -1,0 +1,82 @@
+//! A table of numbers as `history.csv` has it: a row of names, then rows of numbers.
+
+use crate::failure::Failure;
+use std::path::Path;
+
+/// Columns of numbers under names.
+#[derive(Clone, Debug)]
+pub struct Table {
+    names: Vec<String>,
+    columns: Vec<Vec<f64>>,
+}
+
+impl Table {
+    /// Reads the table of a file. Empty cells are not a number.
+    ///
+    /// # Errors
+    /// It cannot be read, or is no such table.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let text = std::fs::read_to_string(path).map_err(Failure::reading(path))?;
+        Self::parse(&text).map_err(|what| Failure::File(format!("error: {}: {what}", path.display())))
+    }
+
+    fn parse(text: &str) -> Result<Self, String> {
+        let mut lines = text.lines();
+        let names: Vec<String> = lines.next().unwrap_or("").split(',').map(str::to_owned).collect();
+        let mut columns = vec![Vec::new(); names.len()];
+        for (index, line) in lines.enumerate() {
+            let cells: Vec<&str> = line.split(',').collect();
+            if cells.len() != names.len() {
+                return Err(format!("line {} has {} cells, not {}", index + 2, cells.len(), names.len()));
+            }
+            for (column, cell) in columns.iter_mut().zip(cells) {
+                let number = if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() };
+                column.push(number.map_err(|_| format!("line {}: \"{cell}\" is no number", index + 2))?);
+            }
+        }
+        if columns.iter().any(Vec::is_empty) {
+            return Err("it has no rows".to_owned());
+        }
+        Ok(Self { names, columns })
+    }
+
+    /// The names of the columns.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(String::as_str)
+    }
+
+    /// The numbers of a column.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        let place = self.names.iter().position(|known| known == name)?;
+        Some(&self.columns[place])
+    }
+
+    /// The numbers of one column over those of another.
+    pub fn pairs(&self, over: &str, name: &str) -> Option<Vec<[f64; 2]>> {
+        let (x, y) = (self.column(over)?, self.column(name)?);
+        Some(x.iter().zip(y).map(|(x, y)| [*x, *y]).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_found_by_name_and_empty_cells_are_no_number() {
+        let table = Table::parse("time,force\n0.0,1.5\n1e-3,\n").unwrap();
+        assert_eq!(table.column("time"), Some(&[0.0, 1e-3][..]));
+        assert!(table.column("force").unwrap()[1].is_nan());
+        assert_eq!(table.pairs("time", "force").unwrap()[0], [0.0, 1.5]);
+        assert_eq!(table.column("mass"), None);
+    }
+
+    #[test]
+    fn what_is_no_table_is_refused_by_its_line() {
+        assert_eq!(Table::parse("a,b\n1,2\n3\n").unwrap_err(), "line 3 has 1 cells, not 2");
+        assert_eq!(Table::parse("a,b\n1,x\n").unwrap_err(), "line 2: \"x\" is no number");
+        for text in ["", "a,b\n"] {
+            assert_eq!(Table::parse(text).unwrap_err(), "it has no rows");
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! `estar verify`: the cases of verification, run on the user's machine, and a report that shows what came of them.
+
+pub mod cases;
+mod report;
+
+use crate::console::{print, tell};
+use crate::failure::Failure;
+use crate::format::duration;
+use crate::shipped;
+use crate::table::Table;
+use cases::{Case, Finding, MeshSource};
+use clap::Args;
+use serde::Serialize;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+/// What the command line asks for.
+#[derive(Debug, Args)]
+pub struct VerifyArguments {
+    /// Only this case; may be given several times
+    #[arg(long = "case", value_name = "NAME")]
+    names: Vec<String>,
+    /// Print the cases
+    #[arg(long)]
+    list: bool,
+    /// All cases, those that take long, too
+    #[arg(long)]
+    full: bool,
+    /// Directory of the report and of the runs
+    #[arg(long, value_name = "DIR", default_value = "verification")]
+    output: PathBuf,
+    /// A table of cases of your own, in place of the program's; decks and meshes are relative to it
+    #[arg(long, value_name = "FILE")]
+    cases: Option<PathBuf>,
+}
+
+/// What became of a case.
+#[derive(Debug, Serialize)]
+pub struct Outcome {
+    /// Its name.
+    pub name: String,
+    /// What it shows.
+    pub about: String,
+    /// The deck, and what was changed in it.
+    pub deck: String,
+    /// Whether all of it was as it should be.
+    pub met: bool,
+    /// What was found.
+    pub findings: Vec<Finding>,
+    /// Why it could not be run or judged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trouble: Option<String>,
+    /// Wall time, s.
+    pub seconds: f64,
+    /// SHA-256 of every bit of the final state.
+    pub state_hash: String,
+}
+
+/// Where decks and meshes come from.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// The program itself.
+    Shipped,
+    /// The folder of a table of cases.
+    Folder(PathBuf),
+}
+
+/// Runs the cases and writes the report.
+///
+/// # Errors
+/// No such case, a table or a report that cannot be read or written, or a case that was not met.
+pub fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
+    let (text, source) = match &arguments.cases {
+        None => (cases::TABLE.to_owned(), Source::Shipped),
+        Some(path) => {
+            let text = fs::read_to_string(path).map_err(Failure::reading(path))?;
+            (text, Source::Folder(path.parent().unwrap_or(Path::new("")).to_owned()))
+        }
+    };
+    let all = cases::cases(&text).map_err(|error| {
+        let path = arguments.cases.as_deref().unwrap_or(Path::new("verification.toml"));
+        Failure::Input(format!("error: {}: {error}", path.display()))
+    })?;
+    for name in &arguments.names {
+        if !all.iter().any(|case| case.name == *name) {
+            let names = || all.iter().map(|case| case.name.as_str());
+            let similar = crate::diagnostics::nearest(name, names());
+            let similar = similar.map_or(String::new(), |name| format!("did you mean `{name}`? "));
+            let help = format!("help: {similar}`estar verify --list` prints them");
+            return Err(Failure::Input(format!("error: there is no case `{name}`\n{help}")));
+        }
+    }
+    let is_wanted = |case: &&Case| match arguments.names.as_slice() {
+        [] => arguments.full || arguments.list || !case.full,
+        names => names.contains(&case.name),
+    };
+    let wanted: Vec<&Case> = all.iter().filter(is_wanted).collect();
+    if arguments.list {
+        let line = |case: &&Case| {
+            let full = if case.full { ", with --full" } else { "" };
+            format!("{:32} {} ({} million element steps{full})", case.name, case.about, case.cost)
+        };
+        return print(&wanted.iter().map(line).collect::<Vec<_>>().join("\n"));
+    }
+    let output = &arguments.output;
+    fs::create_dir_all(output).map_err(Failure::writing(output))?;
+    let output = &output.canonicalize().map_err(Failure::reading(output))?;
+    let program = std::env::current_exe().map_err(Failure::reading(Path::new("estar")))?;
+    let start = Instant::now();
+    let mut outcomes = Vec::new();
+    for (index, case) in wanted.iter().enumerate() {
+        tell(&format!("{}/{} {}: {} ... ", index + 1, wanted.len(), case.name, case.about));
+        let outcome = run_case(&program, case, &source, &output.join("runs").join(&case.name))?;
+        let verdict = if outcome.met { "passed" } else { "FAILED" };
+        tell(&format!("{verdict} in {}\n", duration(outcome.seconds)));
+        for line in faults(&outcome) {
+            tell(&format!("    {line}\n"));
+        }
+        outcomes.push(outcome);
+    }
+    let report = report::Report::new(&wanted, &outcomes, &text, start.elapsed().as_secs_f64());
+    let page = report.write(output)?;
+    let failed = outcomes.iter().filter(|outcome| !outcome.met).count();
+    let said = format!("{} of {} cases passed: {}", outcomes.len() - failed, outcomes.len(), page.display());
+    if failed == 0 { print(&said) } else { Err(Failure::Expectation(format!("error: {said}"))) }
+}
+
+/// What was not as it should be, a line each.
+pub fn faults(outcome: &Outcome) -> Vec<String> {
+    let missed = outcome.findings.iter().filter(|finding| !finding.met);
+    let line = |finding: &Finding| {
+        let at = if finding.at.is_empty() { String::new() } else { format!(" at {}", finding.at) };
+        format!("{}{at} is {:.6e}, not {} ({})", finding.quantity, finding.found, finding.wanted, finding.source)
+    };
+    missed.map(line).chain(outcome.trouble.iter().cloned()).collect()
+}
+
+/// Runs a case in a directory of its own with the program at `program`, and holds what comes out against the table. A deck that
+/// is run as it stands must meet its own expectations, too.
+///
+/// # Errors
+/// The directory cannot be written. A run that fails is an outcome.
+pub fn run_case(program: &Path, case: &Case, source: &Source, directory: &Path) -> Result<Outcome, Failure> {
+    let start = Instant::now();
+    fs::create_dir_all(directory).map_err(Failure::writing(directory))?;
+    let mut outcome = Outcome {
+        name: case.name.clone(),
+        about: case.about.clone(),
+        deck: deck_in_words(case),
+        met: false,
+        findings: Vec::new(),
+        trouble: None,
+        seconds: 0.0,
+        state_hash: String::new(),
+    };
+    match judged(program, case, source, directory) {
+        Ok((findings, state_hash)) => {
+            outcome.met = findings.iter().all(|finding| finding.met);
+            outcome.findings = findings;
+            outcome.state_hash = state_hash;
+        }
+        Err(trouble) => outcome.trouble = Some(trouble),
+    }
+    outcome.seconds = start.elapsed().as_secs_f64();
+    Ok(outcome)
+}
+
+/// The deck of a case, and what is changed in it.
+pub fn deck_in_words(case: &Case) -> String {
+    let mut words = format!("`{}`", case.deck);
+    match &case.mesh {
+        None => (),
+        Some(MeshSource::File(file)) => words += &format!("; mesh `{file}`"),
+        Some(MeshSource::Generated(arguments)) => words += &format!("; mesh `{}`", arguments.join(" ")),
+    }
+    for entry in &case.set {
+        words += &format!("; `{entry}`");
+    }
+    words
+}
+
+/// Where the results of a case are.
+pub fn results(directory: &Path) -> PathBuf {
+    directory.join("results")
+}
+
+/// Findings and the hash of the final state, or why there are none.
+fn judged(program: &Path, case: &Case, source: &Source, directory: &Path) -> Result<(Vec<Finding>, String), String> {
+    let deck = placed(&case.deck, source, directory)?;
+    let mut set = case.set.clone();
+    match &case.mesh {
+        None => (),
+        Some(MeshSource::File(file)) => {
+            let mesh = placed(file, source, directory)?;
+            set.push(format!("mesh.file='{}'", mesh.display()));
+        }
+        Some(MeshSource::Generated(arguments)) => {
+            let mesh = directory.join("mesh.msh").display().to_string();
+            let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+            estar(program, &[&["mesh"], &arguments[..], &["--force", "--output", &mesh]].concat())?;
+            set.extend([format!("mesh.file='{mesh}'"), "mesh.scale=1.0".to_owned()]);
+        }
+    }
+    if !set.is_empty() {
+        set.push("expect=[]".to_owned());
+    }
+    let set: Vec<&str> = set.iter().flat_map(|entry| ["--set", entry]).collect();
+    let deck = deck.display().to_string();
+    let run = |folder: &Path, more: &[&str]| {
+        let folder = folder.display().to_string();
+        estar(program, &[&["run", &deck, "--quiet", "--output", &folder], &set[..], more].concat())
+    };
+    let results = results(directory);
+    run(&results, &["--force"])?;
+    let history = Table::read(&results.join("history.csv")).map_err(|failure| failure.to_string())?;
+    let summary = summary(&results)?;
+    let mass = summary["mesh"]["mass"].as_f64().unwrap_or(f64::NAN);
+    let findings = case.check.iter().map(|check| check.finding(&history, mass)).collect::<Result<Vec<_>, _>>()?;
+    let hash = summary["state_hash"].as_str().unwrap_or("").to_owned();
+    if case.bits {
+        let steps = summary["steps"].as_u64().unwrap_or(0);
+        for threads in ["1", "2", "3"] {
+            let again = directory.join(format!("threads_{threads}"));
+            run(&again, &["--force", "--threads", threads])?;
+            same_bits(&hash, &again, &format!("{threads} threads"))?;
+        }
+        let again = directory.join("resumed");
+        run(&again, &["--force", "--threads", "2", "--stop-at-step", &(steps / 2).max(1).to_string()])?;
+        run(&again, &["--resume", "--threads", "1"])?;
+        same_bits(&hash, &again, "a run that was stopped half-way and resumed")?;
+    }
+    Ok((findings, hash))
+}
+
+fn same_bits(hash: &str, again: &Path, whose: &str) -> Result<(), String> {
+    let found = summary(again)?;
+    let found = found["state_hash"].as_str().unwrap_or("");
+    if found == hash { Ok(()) } else { Err(format!("the bits of {whose} are others: {found} in place of {hash}")) }
+}
+
+fn summary(results: &Path) -> Result<serde_json::Value, String> {
+    let path = results.join("summary.json");
+    let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// A deck or a mesh, with what it needs beside it, in a place where the program can read it.
+fn placed(path: &str, source: &Source, directory: &Path) -> Result<PathBuf, String> {
+    match source {
+        Source::Folder(folder) => {
+            let path = folder.join(path);
+            path.canonicalize().map_err(|error| format!("{}: {error}", path.display()))
+        }
+        Source::Shipped => {
+            let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
+            if shipped::file(path).is_none() {
+                return Err(format!("the program does not carry {path}"));
+            }
+            for (name, content) in shipped::folder(folder) {
+                let target = directory.join(name);
+                fs::write(&target, content).map_err(|error| format!("{}: {error}", target.display()))?;
+            }
+            Ok(directory.join(name))
+        }
+    }
+}
+
+/// Runs the program; what it said if it failed.
+fn estar(program: &Path, arguments: &[&str]) -> Result<(), String> {
+    let output =
+        Command::new(program).args(arguments).output().map_err(|error| format!("{}: {error}", program.display()))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(format!("estar {}\n{}", arguments.join(" "), String::from_utf8_lossy(&output.stderr).trim()))
+}

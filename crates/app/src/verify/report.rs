@@ -1,0 +1,260 @@
+//! The report of a verification: one page without anything beside it, and the same as JSON.
+
+use super::cases::{Case, When};
+use super::{Outcome, results};
+use crate::bench::machine::Description;
+use crate::failure::Failure;
+use crate::format::{duration, short};
+use crate::plot::shaded::{Style, View, Window};
+use crate::plot::surface::{Part, Surface};
+use crate::plot::{Axis, Curve, Figure, Panel, shaded};
+use crate::summary::hex;
+use crate::table::Table;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use estar_io::{read_frame, write_atomically};
+use estar_solver::LaneLevel;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// All that came of a verification.
+#[derive(Serialize)]
+pub struct Report<'a> {
+    version: &'static str,
+    /// Seconds since 1970 began.
+    time: u64,
+    machine: Description,
+    lanes: &'static str,
+    /// SHA-256 of the table of cases.
+    table_hash: String,
+    seconds: f64,
+    passed: bool,
+    cases: &'a [Outcome],
+    #[serde(skip)]
+    table: &'a [&'a Case],
+}
+
+impl<'a> Report<'a> {
+    /// The report of cases, of which `table` is the text.
+    pub fn new(cases: &'a [&'a Case], outcomes: &'a [Outcome], table: &str, seconds: f64) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            time: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+            machine: Description::of_this_machine(),
+            lanes: LaneLevel::best().name(),
+            table_hash: hex(&Sha256::digest(table.as_bytes())),
+            seconds,
+            passed: outcomes.iter().all(|outcome| outcome.met),
+            cases: outcomes,
+            table: cases,
+        }
+    }
+
+    /// Writes `report.html` and `verification.json`; the path of the page.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    pub fn write(&self, directory: &Path) -> Result<PathBuf, Failure> {
+        let json = directory.join("verification.json");
+        let mut text = serde_json::to_string_pretty(self).map_err(|error| Failure::File(format!("error: {error}")))?;
+        text.push('\n');
+        write_atomically(&json, text.as_bytes()).map_err(Failure::writing(&json))?;
+        let page = directory.join("report.html");
+        write_atomically(&page, self.page(directory).as_bytes()).map_err(Failure::writing(&page))?;
+        Ok(page)
+    }
+
+    fn page(&self, directory: &Path) -> String {
+        let failed = self.cases.iter().filter(|outcome| !outcome.met).count();
+        let verdict = match failed {
+            0 => format!("<span class=\"met\">all {} cases passed</span>", self.cases.len()),
+            failed => format!("<span class=\"missed\">{failed} of {} cases failed</span>", self.cases.len()),
+        };
+        let Description { processor, architecture, system, cores, .. } = &self.machine;
+        let mut page = format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><title>Estar: verification</title>\n\
+             <style>{STYLE}</style></head>\n<body>\n<h1>Estar {}: {verdict}</h1>\n\
+             <p>{} UTC, in {}. {}, {architecture} {system}, {cores} threads, {} lanes.<br>Table of cases: SHA-256 <code>{}</code>.</p>\n\
+             <table><tr><th>case</th><th>what it shows</th><th></th><th>time</th></tr>\n",
+            self.version,
+            utc(self.time),
+            duration(self.seconds),
+            escaped(processor),
+            self.lanes,
+            self.table_hash
+        );
+        for outcome in self.cases {
+            let _ = writeln!(
+                page,
+                "<tr><td><a href=\"#{0}\">{0}</a></td><td>{1}</td><td>{2}</td><td>{3}</td></tr>",
+                escaped(&outcome.name),
+                escaped(&outcome.about),
+                verdict_of(outcome.met),
+                duration(outcome.seconds)
+            );
+        }
+        page.push_str("</table>\n");
+        for (case, outcome) in self.table.iter().zip(self.cases) {
+            page.push_str(&section(case, outcome, &results(&directory.join("runs").join(&case.name))));
+        }
+        page + "</body>\n</html>\n"
+    }
+}
+
+const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#202020}\
+    h1{font-size:1.6em}h2{font-size:1.2em;margin-top:2.5em;border-top:1px solid #ddd;padding-top:1em}\
+    table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:.3em .8em .3em 0;border-bottom:1px solid #eee;\
+    vertical-align:top}.met{color:#1a7f37}.missed{color:#c62828;font-weight:bold}code{font-size:.9em;overflow-wrap:anywhere}\
+    svg,img{max-width:100%;height:auto}pre{background:#f6f6f6;padding:1em;overflow:auto}";
+
+fn verdict_of(met: bool) -> &'static str {
+    if met { "<span class=\"met\">passed</span>" } else { "<span class=\"missed\">FAILED</span>" }
+}
+
+/// A case: what was asked, got and expected, the curves against the references, and the body.
+fn section(case: &Case, outcome: &Outcome, results: &Path) -> String {
+    let name = escaped(&outcome.name);
+    let mut text = format!(
+        "<h2 id=\"{name}\">{name}: {}</h2>\n<p>{} Deck {}.</p>\n",
+        verdict_of(outcome.met),
+        escaped(&outcome.about),
+        with_code(&outcome.deck)
+    );
+    if let Some(trouble) = &outcome.trouble {
+        let _ = writeln!(text, "<pre>{}</pre>", escaped(trouble));
+    }
+    if !outcome.findings.is_empty() {
+        text.push_str(
+            "<table><tr><th>quantity</th><th>at</th><th>found</th><th>expected</th><th>source</th><th></th></tr>\n",
+        );
+        for finding in &outcome.findings {
+            let _ = writeln!(
+                text,
+                "<tr><td><code>{}</code></td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                escaped(&finding.quantity),
+                escaped(&finding.at),
+                short(finding.found),
+                escaped(&finding.wanted),
+                escaped(&finding.source),
+                verdict_of(finding.met)
+            );
+        }
+        text.push_str("</table>\n");
+    }
+    if !outcome.state_hash.is_empty() {
+        let _ = writeln!(text, "<p>State <code>{}</code></p>", outcome.state_hash);
+    }
+    if let Ok(history) = Table::read(&results.join("history.csv")) {
+        text.push_str(&curves(case, outcome, &history).drawing().svg());
+    }
+    if let Some(picture) = picture(case, results) {
+        let _ = writeln!(text, "<p><img alt=\"the body at the end\" src=\"data:image/png;base64,{picture}\"></p>");
+    }
+    text
+}
+
+/// Each quantity over time, with what was expected of it.
+fn curves(case: &Case, outcome: &Outcome, history: &Table) -> Figure {
+    let mut panels: Vec<Panel> = Vec::new();
+    let mut shown: Vec<&str> = Vec::new();
+    let end = history.column("time").and_then(|times| times.last().copied()).unwrap_or(0.0);
+    for (check, finding) in case.check.iter().zip(&outcome.findings) {
+        let Some(points) = history.pairs("time", &check.quantity) else { continue };
+        let place = shown.iter().position(|known| *known == check.quantity).unwrap_or_else(|| {
+            let axis = |label: String, unit: &str| Axis { label, unit: unit.to_owned(), ..Axis::default() };
+            panels.push(Panel {
+                x: axis("time".to_owned(), "s"),
+                y: axis(check.quantity.replace('_', " "), ""),
+                curves: vec![Curve { label: "this run".to_owned(), points, ..Curve::default() }],
+                ..Panel::default()
+            });
+            shown.push(&check.quantity);
+            panels.len() - 1
+        });
+        // the reference stands where it counts: at a time, at the end, or all along
+        let expected = finding.expected / check.times;
+        let reference = match &check.at {
+            When::Word(word) if word == "start" => vec![[0.0, expected]],
+            When::Word(word) if word == "end" => vec![[end, expected]],
+            When::Word(_) => vec![[0.0, expected], [end, expected]],
+            When::Where(places) => places
+                .get("time")
+                .and_then(|time| crate::deck::units::parse(time).ok())
+                .map_or(vec![[0.0, expected], [end, expected]], |time| vec![[time.value, expected]]),
+        };
+        let label = if panels[place].curves.len() == 1 { "expected".to_owned() } else { String::new() };
+        panels[place].curves.push(Curve {
+            label,
+            colour: 1,
+            dash: 1,
+            is_dotted: true,
+            points: reference,
+            ..Curve::default()
+        });
+    }
+    Figure { title: String::new(), panels }
+}
+
+/// The body at the end, as PNG in base 64; none where there is nothing to show.
+fn picture(case: &Case, results: &Path) -> Option<String> {
+    let mut frames: Vec<PathBuf> =
+        std::fs::read_dir(results.join("fields")).ok()?.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    frames.sort();
+    let frame = read_frame(frames.last()?).ok()?;
+    let mut surface = Surface::of(&frame, "equivalent_plastic_strain", Part::Magnitude)?;
+    for axis in case.mirror.iter().filter_map(|name| ["x", "y", "z"].iter().position(|axis| axis == name)) {
+        surface = surface.mirrored(axis);
+    }
+    let view = View { azimuth: 35.0, elevation: 25.0 };
+    let style = Style { view, range: surface.range()?, has_edges: true };
+    let window = Window::around([&surface].into_iter(), view);
+    let raster = shaded::draw(&surface, &style, &window, [560, 420]);
+    Some(STANDARD.encode(raster.png().ok()?))
+}
+
+/// Text between backticks as code.
+fn with_code(text: &str) -> String {
+    let pieces = text.split('`').enumerate();
+    pieces
+        .map(|(index, piece)| if index % 2 == 1 { format!("<code>{}</code>", escaped(piece)) } else { escaped(piece) })
+        .collect()
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Date and time of seconds since 1970 began.
+fn utc(seconds: u64) -> String {
+    let (days, rest) = (seconds / 86_400, seconds % 86_400);
+    // the calendar from the first of March of the year 0, in eras of 400 years (H. Hinnant, chrono-compatible date algorithms)
+    let shifted = days + 719_468;
+    let (era, day_of_era) = (shifted / 146_097, shifted % 146_097);
+    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = era * 400 + year_of_era + u64::from(month <= 2);
+    format!("{year}-{month:02}-{day:02} {:02}:{:02}", rest / 3600, rest % 3600 / 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_become_dates() {
+        assert_eq!(utc(0), "1970-01-01 00:00");
+        assert_eq!(utc(951_827_696), "2000-02-29 12:34");
+        assert_eq!(utc(1_798_675_199), "2026-12-30 23:59");
+    }
+
+    #[test]
+    fn what_is_written_in_a_table_of_cases_is_text_and_no_page() {
+        assert_eq!(with_code("`<a>` & b"), "<code>&lt;a&gt;</code> &amp; b");
+    }
+}

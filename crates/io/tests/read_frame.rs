@@ -1,0 +1,95 @@
+//! Goal: a frame is read back as it was written, and anything else is refused without harm.
+
+mod common;
+
+use common::Folder;
+use estar_io::{Field, FieldData, Frame, FrameContent, Grid, ResultWriter, read_frame, read_frame_bytes};
+use std::fs;
+
+/// Two cubes side by side, with a field of each kind, as the bytes of a frame.
+fn frame(name: &str) -> Vec<u8> {
+    let points: Vec<f64> = (0..12).flat_map(|node| [node % 3, node / 3 % 2, node / 6].map(f64::from)).collect();
+    let hexes: Vec<[u32; 8]> = (0..2).map(|first| [0, 1, 4, 3, 6, 7, 10, 9].map(|node| node + first)).collect();
+    let label: Vec<i64> = (101..113).collect();
+    let part = [1, 2];
+    let grid = Grid::new(
+        12,
+        &hexes,
+        &[Field { name: "node_id", components: 1, data: FieldData::I64(&label) }],
+        &[Field { name: "part", components: 1, data: FieldData::I32(&part) }],
+    )
+    .unwrap();
+    let strain = [0.25, 1.5];
+    let folder = Folder::new(name);
+    let mut writer = ResultWriter::create(&folder.0).unwrap();
+    let frame = Frame {
+        time: 3.5e-6,
+        grid: &grid,
+        points: FieldData::F64(&points),
+        node_fields: vec![Field { name: "velocity <\"&>", components: 3, data: FieldData::F64(&points) }],
+        cell_fields: vec![Field { name: "strain", components: 1, data: FieldData::F64(&strain) }],
+    };
+    writer.write_frame(&frame).unwrap();
+    fs::read(folder.0.join("fields/frame_00000.vtu")).unwrap()
+}
+
+#[test]
+fn a_frame_is_read_back_as_it_was_written() {
+    let FrameContent { time, points, connectivity, offsets, types, node_fields, cell_fields } =
+        read_frame_bytes(&frame("read_back")).unwrap();
+    assert_eq!(time, 3.5e-6);
+    assert_eq!((points.len(), points[11]), (12, [2.0, 1.0, 1.0]));
+    assert_eq!(connectivity[8..], [1, 2, 5, 4, 7, 8, 11, 10]);
+    assert_eq!((offsets, types), (vec![8, 16], vec![12, 12]));
+    assert_eq!(node_fields["node_id"].data[3], 104.0);
+    assert_eq!((node_fields["velocity <\"&>"].components, node_fields["velocity <\"&>"].data.len()), (3, 36));
+    assert_eq!(cell_fields["strain"].data, [0.25, 1.5]);
+    assert_eq!(cell_fields["part"].data, [1.0, 2.0]);
+}
+
+#[test]
+fn a_frame_that_ends_early_is_refused_wherever_it_ends() {
+    let whole = frame("ends_early");
+    let end = whole.windows(16).position(|window| window == b"</AppendedData>\n").unwrap() - 1;
+    for length in 0..end {
+        assert!(read_frame_bytes(&whole[..length]).is_err(), "{length}");
+    }
+}
+
+#[test]
+fn a_frame_with_wrong_bytes_does_no_harm() {
+    let whole = frame("wrong_bytes");
+    for place in 0..whole.len() {
+        for wrong in [0, 0xff, whole[place] ^ 1, b'9'] {
+            let mut damaged = whole.clone();
+            damaged[place] = wrong;
+            // a wrong digit of the time is a time
+            let _ = read_frame_bytes(&damaged);
+        }
+    }
+}
+
+#[test]
+fn counts_that_lie_are_refused_before_memory_is_taken() {
+    for (from, to) in [
+        ("NumberOfPoints=\"12\"", "NumberOfPoints=\"999999999999999\""),
+        ("NumberOfCells=\"2\"", "NumberOfCells=\"18446744073709551615\""),
+        ("NumberOfComponents=\"3\"", "NumberOfComponents=\"99999999\""),
+        ("offset=\"0\"", "offset=\"18446744073709551615\""),
+    ] {
+        let mut bytes = frame("lies");
+        let at = bytes.windows(from.len()).position(|window| window == from.as_bytes()).unwrap();
+        bytes.splice(at..at + from.len(), to.bytes());
+        assert!(read_frame_bytes(&bytes).is_err(), "{from}");
+    }
+}
+
+#[test]
+fn a_file_that_is_not_there_or_no_frame_is_named() {
+    let folder = Folder::new("no_frame");
+    fs::create_dir_all(&folder.0).unwrap();
+    let path = folder.0.join("frame.vtu");
+    assert!(read_frame(&path).unwrap_err().to_string().contains("frame.vtu: cannot be read"));
+    fs::write(&path, "<VTKFile>\n").unwrap();
+    assert!(read_frame(&path).unwrap_err().to_string().contains("frame.vtu: no frame of this program"));
+}
