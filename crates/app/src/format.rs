@@ -60,3 +60,9 @@ mod tests {
         assert_eq!(bytes(3.5 * 1_048_576.0), "3.5 MiB");
     }
 }
+
+/// How many elements there are of each shape, in words.
+pub fn elements(mesh: &estar_mesh::Mesh, number: impl Fn(usize) -> String) -> String {
+    let of_shape = |(shape, count): (estar_mesh::Shape, usize)| format!("{} {}", number(count), shape.plural());
+    mesh.elements().counts().map(of_shape).collect::<Vec<_>>().join(", ")
+}

@@ -14,7 +14,9 @@
 
 use crate::bulk_viscosity::{ViscousState, damped_step_factor};
 use crate::element::{Element, ElementHistory, ElementStep};
-use crate::hex8::{HexMotion, HexUpdate, Modes, corner_values, eightfold_modes};
+use crate::hex8::{
+    self, CORNER_SIGNS, CORNERS, CornerVectors, HexMotion, HexUpdate, Modes, corner_values, eightfold_modes,
+};
 use crate::stable_time_step::{ElasticBounds, Metrics};
 use estar_material::{IsotropicElasticity, Material, Motion, PointState, StepKinematics};
 use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, prefetch};
@@ -238,8 +240,9 @@ impl AssumedStrain {
     }
 }
 
-impl Element for HourglassControl {
+impl Element<CORNERS> for HourglassControl {
     const POINTS: usize = 1;
+    const PARENT: [[f64; 3]; CORNERS] = CORNER_SIGNS;
     type History<R: Real, S: PointState<R>> = OnePointHistory<S, R>;
 
     fn initial_history<R: Real, M: Material>(material: &M, stable_time_step: f64) -> Self::History<R, M::State<R>> {
@@ -250,6 +253,14 @@ impl Element for HourglassControl {
             stable_time_step: R::splat(stable_time_step),
             viscous_pressure: R::splat(0.0),
         }
+    }
+
+    fn lumped_mass(reference: &CornerVectors<f64>, density: f64) -> [f64; CORNERS] {
+        hex8::lumped_mass(reference, density)
+    }
+
+    fn smallest_jacobian(position: &CornerVectors<f64>) -> f64 {
+        hex8::least_jacobian(position)
     }
 
     #[inline(always)]
