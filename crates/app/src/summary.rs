@@ -79,8 +79,8 @@ pub struct MeshSummary {
     pub format: String,
     /// Nodes.
     pub nodes: usize,
-    /// Hexes.
-    pub hexes: usize,
+    /// Elements.
+    pub elements: usize,
     /// Groups.
     pub groups: usize,
     /// Mass, kg.
@@ -145,7 +145,7 @@ impl MeshSummary {
             file: problem.mesh_path.display().to_string(),
             format: problem.mesh_format.clone(),
             nodes: problem.mesh.node_count(),
-            hexes: problem.mesh.element_count(),
+            elements: problem.mesh.element_count(),
             groups: problem.mesh.groups().len(),
             mass: problem.parts.iter().map(|part| part.mass).sum(),
         }

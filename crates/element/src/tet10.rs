@@ -1,4 +1,4 @@
-//! The ten-node tet with four points, `tet10`: quadratic in position and motion, edges straight or curved, with the mean
+//! The ten-node tet with four points, `tet10`, edges straight or bent at their middles, with the mean
 //! dilatation of the element at every point and the mean pressure in the forces (as `hex8-b-bar`, see [`hex8`](crate::hex8)),
 //! so that plastic flow, which keeps the volume, does not lock.
 //!
@@ -14,19 +14,30 @@
 //!            1
 //! ```
 //!
-//! With volume coordinates λ_i, N_i = λ_i (2 λ_i − 1) and N_ij = 4 λ_i λ_j. The point nearest corner p has λ_p = ¼ (1 + 3/√5)
-//! and ¼ (1 − 1/√5) for the others, and there ∂x/∂λ_i = s_i + (4/√5) x_ip with s_i = (1 − 1/√5) Σ_j x_ij − (1/√5) x_i, where
-//! x_ii is x_i: a sum for each corner, and one more node for each point. The force is the transpose of the same.
+//! The element is the composite one of Thoutireddy, Molinari, Repetto & Ortiz (2002) with the projection of Ostien, Foulk, Mota
+//! & Veilleux (2016): its motion is linear in each of twelve tets, four at the corners and eight round the mean of the middles,
+//! and its gradient is the field linear in the volume coordinates λ that is nearest in the sum of squares. So corners have their
+//! share of the mean pressure, which those of the quadratic tet do not have (∫ ∇N_a dV = 0 for straight edges): a shock would
+//! drive them through the tet. Volume coordinates of the point nearest corner p are λ_p = ¼ (1 + 3/√5) and ¼ (1 − 1/√5) for the
+//! others. There, with M_i = Σ_j x_ij, T the sum of all middles and x_ii = x_i,
 //!
-//! The lumped mass has the shares of the diagonal of the consistent one of a tet with straight edges, 1/36 for a corner and
-//! 4/27 for a middle: positive, where row sums give corners −1/20 (Hinton, Rock & Zienkiewicz 1976).
+//! ```text
+//! ∂x/∂λ_i = b_i + ¾ √5 x_ip  (i ≠ p),   ∂x/∂λ_p = b_p + ¼ √5 (2 x_p + M_p) − (√5/12) T,
+//! b_i = ⅛ (2 − √5) x_i + ¼ (3 − √5) M_i
+//! ```
 //!
-//! A single tet has three motions without stress, u = 2 (a·x) x − (x·x) a with x from its centre (special conformal maps): they
-//! have no strain but a dilatation that is linear, and its mean is none. Two tets with a common face have none left.
+//! The force is the transpose of the same. The lumped mass is that of the twelve tets, of which a corner has 1/32 and a middle
+//! 7/48 of the whole: all positive.
+//!
+//! The 24 motions that deform a single tet have at the points 20 changes of shape and one mean change of volume, so that three
+//! of them would have no stress. Two tets with a common face have none of these left, but where a metal flows little holds them,
+//! and a shock turns tets at a rim inside out. So each point keeps the share α = 1/16 of its own volume change,
+//! θ̂ = (1 − α) θ̄ + α θ, and the forces have the mean stress (1 − α) σ̄ + α σ, which does the same work; the volume change that
+//! differs from the mean has the stiffness α² k (after the weighted average of Sierra/SM, whose α is 0.05).
 
 use crate::bulk_viscosity::{ViscousState, damped_step_factor};
 use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate};
-use crate::stable_time_step::{ElasticBounds, Metrics, TetGeometry};
+use crate::stable_time_step::{ElasticBounds, Metrics, TetGeometry, TetParent};
 use crate::tet_parent::{self, CORNERS, SIGNS};
 use arrayvec::ArrayVec;
 use estar_material::{Material, Motion, PointGradients, PointState, StepKinematics};
@@ -40,16 +51,25 @@ pub const POINTS: usize = 4;
 /// The node between two corners; of a corner and itself, the corner.
 const BETWEEN: [[usize; CORNERS]; CORNERS] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
 
-/// 1/√5.
-const PER_ROOT_FIVE: f64 = 0.447_213_595_499_957_94;
+/// √5.
+const ROOT_FIVE: f64 = 2.236_067_977_499_79;
+/// Shares of the nodes in ∂x/∂λ, see above.
+const OF_CORNER: f64 = (2.0 - ROOT_FIVE) / 8.0;
+const OF_MIDDLES: f64 = (3.0 - ROOT_FIVE) / 4.0;
+const TO_POINT: f64 = 0.75 * ROOT_FIVE;
+const AT_POINT: f64 = 0.25 * ROOT_FIVE;
+const OF_ALL: f64 = ROOT_FIVE / -12.0;
 /// Volume of a point in the parent.
 const WEIGHT: f64 = tet_parent::VOLUME / POINTS as f64;
 
+/// α, the share of its own volume change that a point keeps; a power of ½, see [`stabilized`].
+const OWN_SHARE: f64 = 1.0 / 16.0;
+
 /// φ of corners and of middles.
-const CORNER_SHARE: f64 = 1.0 / 36.0;
-const MIDDLE_SHARE: f64 = 4.0 / 27.0;
-/// κ of [`stable_time_step`](crate::stable_time_step), rounded up; `tests/tets.rs` computes it.
-const PARENT_BOUND: f64 = 17.167_125;
+const CORNER_SHARE: f64 = 1.0 / 32.0;
+const MIDDLE_SHARE: f64 = 7.0 / 48.0;
+/// κ of [`stable_time_step`](crate::stable_time_step).
+const PARENT_BOUND: f64 = 20.0 / 3.0;
 
 /// The element: nothing is to be chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,21 +139,27 @@ impl<R: Real, S: PointState<R>> ElementHistory<R, S> for Tet10History<S, R> {
 /// ∂x/∂r at the points.
 #[inline(always)]
 fn gradients<R: Real>(nodes: &NodeVectors<R>) -> [Tensor<R>; POINTS] {
-    let mut sums = [Vector3::zero(); CORNERS];
-    for (corner, sum) in sums.iter_mut().enumerate() {
-        let mut middles = Vector3::zero();
+    let mut middles = [Vector3::zero(); CORNERS];
+    let mut bases = middles;
+    for corner in 0..CORNERS {
         for other in 0..CORNERS {
             if other != corner {
-                middles = middles + nodes[BETWEEN[corner][other]];
+                middles[corner] = middles[corner] + nodes[BETWEEN[corner][other]];
             }
         }
-        *sum = middles * R::splat(1.0 - PER_ROOT_FIVE) - nodes[corner] * R::splat(PER_ROOT_FIVE);
+        bases[corner] = middles[corner].mul_add(R::splat(OF_MIDDLES), nodes[corner] * R::splat(OF_CORNER));
     }
+    // every middle is in two of the sums
+    let all = (middles[0] + middles[1] + middles[2] + middles[3]) * R::splat(0.5 * OF_ALL);
     let mut gradients = [Tensor::zero(); POINTS];
     for (point, gradient) in gradients.iter_mut().enumerate() {
-        let mut slopes = sums;
+        let mut slopes = bases;
         for (corner, slope) in slopes.iter_mut().enumerate() {
-            *slope = nodes[BETWEEN[corner][point]].mul_add(R::splat(4.0 * PER_ROOT_FIVE), *slope);
+            *slope = if corner == point {
+                (nodes[point] + nodes[point] + middles[point]).mul_add(R::splat(AT_POINT), *slope + all)
+            } else {
+                nodes[BETWEEN[corner][point]].mul_add(R::splat(TO_POINT), *slope)
+            };
         }
         *gradient = tet_parent::gradient(&slopes);
     }
@@ -144,21 +170,34 @@ fn gradients<R: Real>(nodes: &NodeVectors<R>) -> [Tensor<R>; POINTS] {
 #[inline(always)]
 fn node_sums<R: Real>(fluxes: &[Tensor<R>]) -> NodeVectors<R> {
     let mut nodes = [Vector3::zero(); NODES];
-    let mut sums = [Vector3::zero(); CORNERS];
+    let mut bases = [Vector3::zero(); CORNERS];
+    let mut at_points = bases;
+    let mut all = Vector3::zero();
     for (point, flux) in fluxes.iter().enumerate() {
         let slopes = tet_parent::slopes(flux);
         for (corner, slope) in slopes.iter().enumerate() {
-            sums[corner] = sums[corner] + *slope;
-            let node = &mut nodes[BETWEEN[corner][point]];
-            *node = slope.mul_add(R::splat(4.0 * PER_ROOT_FIVE), *node);
+            bases[corner] = bases[corner] + *slope;
+            if corner == point {
+                at_points[point] = *slope * R::splat(AT_POINT);
+                all = slope.mul_add(R::splat(OF_ALL), all);
+            } else {
+                let node = &mut nodes[BETWEEN[corner][point]];
+                *node = slope.mul_add(R::splat(TO_POINT), *node);
+            }
         }
     }
-    for (corner, sum) in sums.iter().enumerate() {
+    for corner in 0..CORNERS {
+        nodes[corner] = bases[corner].mul_add(R::splat(OF_CORNER), at_points[corner] + at_points[corner]);
+        let to_middles = bases[corner].mul_add(R::splat(OF_MIDDLES), at_points[corner]);
         for other in 0..CORNERS {
-            let factor = if other == corner { -PER_ROOT_FIVE } else { 1.0 - PER_ROOT_FIVE };
-            let node = &mut nodes[BETWEEN[corner][other]];
-            *node = sum.mul_add(R::splat(factor), *node);
+            if other != corner {
+                let node = &mut nodes[BETWEEN[corner][other]];
+                *node = *node + to_middles;
+            }
         }
+    }
+    for middle in &mut nodes[CORNERS..] {
+        *middle = *middle + all;
     }
     nodes
 }
@@ -264,9 +303,9 @@ impl Element<NODES> for Tet10 {
         let (mut internal_energy, mut plastic_dissipation) = (zero, zero);
         let mut stiffening = None;
         for point in 0..POINTS {
-            // L̄ = L + ⅓ (θ̄ − tr L) I, F̄ = (J̄/J)^⅓ F
-            let correction = (mean_increment - increments[point].trace()) * (1.0 / 3.0);
-            let scale = (mean_jacobian / jacobians[point]).cbrt();
+            // L̄ = L + ⅓ (θ̂ − tr L) I with θ̂ = (1 − α) θ̄ + α tr L, F̄ = (J̄/J)^{⅓ (1 − α)} F
+            let correction = (mean_increment - increments[point].trace()) * ((1.0 - OWN_SHARE) / 3.0);
+            let scale = stabilized(mean_jacobian / jacobians[point]).cbrt();
             let motion = M::Motion::new(&StepKinematics {
                 incremental_displacement_gradient: increments[point].plus_spherical(correction),
                 deformation_gradient: deformation_gradients[point] * scale,
@@ -283,7 +322,7 @@ impl Element<NODES> for Tet10 {
             plastic_dissipation = update.plastic_dissipation.mul_add(volumes_half[point], plastic_dissipation);
         }
 
-        // (iii) forces f_a = Σ_q w T cof(∂x/∂r) ∂N_a/∂r with the mean pressure in T
+        // (iii) forces f_a = Σ_q w T cof(∂x/∂r) ∂N_a/∂r with the mean stress (1 − α) σ̄ + α σ in T
         let mut stresses = ArrayVec::<_, POINTS>::new();
         let mut mean_stress = zero;
         for (point, gradient) in position.iter().enumerate() {
@@ -298,7 +337,7 @@ impl Element<NODES> for Tet10 {
         for (gradient, stress) in position.iter().zip(&stresses) {
             let cofactor = gradient.cofactor();
             metrics = metrics.with(gradient, &cofactor, gradient.columns[0].dot(cofactor.columns[0]));
-            let shared = mean_stress - viscous_pressure - stress.trace() * (1.0 / 3.0);
+            let shared = (mean_stress - stress.trace() * (1.0 / 3.0)) * (1.0 - OWN_SHARE) - viscous_pressure;
             let weighted = cofactor * weight;
             fluxes.push(stress.plus_spherical(shared).to_tensor().dot(&weighted));
             cofactors.push(weighted);
@@ -314,7 +353,8 @@ impl Element<NODES> for Tet10 {
             ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
         let geometry = TetGeometry { metric: metrics.greatest(), volume, divergence };
         let mass = motion.corner_mass * (1.0 / CORNER_SHARE);
-        let undamped = bounds.stable_time_step_tet10(&geometry, PARENT_BOUND, mass);
+        let undamped =
+            bounds.stable_time_step_tet10(&geometry, &TetParent { bound: PARENT_BOUND, own_share: OWN_SHARE }, mass);
         let undamped = if let Some(ratio) = stiffening { undamped / ratio.sqrt() } else { undamped };
         history.stable_time_step = undamped;
         // −∫∫ q dV̇ dt, the mean pressure of the step on the volume change
@@ -332,6 +372,12 @@ impl Element<NODES> for Tet10 {
                 .map_or(undamped, |response| undamped * damped_step_factor(response.damping_ratio)),
         }
     }
+}
+
+/// `ratio`^(1 − α), by roots, which are the same on every machine.
+#[inline(always)]
+fn stabilized<R: Real>(ratio: R) -> R {
+    ratio / ratio.sqrt().sqrt().sqrt().sqrt()
 }
 
 /// Volume of the element by its points, m³.

@@ -27,7 +27,8 @@ pub(crate) fn gradient<R: Real>(slopes: &[Vector3<R>; CORNERS]) -> Tensor<R> {
 #[inline(always)]
 pub(crate) fn slopes<R: Real>(flux: &Tensor<R>) -> [Vector3<R>; CORNERS] {
     let quarter = R::splat(0.25);
-    let [x, y, z] = flux.columns.map(|column| column * quarter);
+    let [x, y, z] = flux.columns;
+    let (x, y, z) = (x * quarter, y * quarter, z * quarter);
     let (sum, difference) = (y + z, y - z);
     [Vector3::zero() - x - sum, sum - x, x - difference, x + difference]
 }

@@ -190,7 +190,8 @@ impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
                     continue;
                 }
                 Task::TakeStresses { .. } => {
-                    let [a, b, c, d] = averages.map(|average| average.0[2]);
+                    let [a, b, c, d] = &averages;
+                    let (a, b, c, d) = (a.0[2], b.0[2], c.0[2], d.0[2]);
                     let mean_stress = R::select(is_deleted, zero, ((a + b) + (c + d)) * 0.25);
                     let forces = mean_stress_forces(&motion.position, mean_stress);
                     for (corner, force) in forces.iter().enumerate() {
@@ -225,7 +226,8 @@ impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
 /// J̄ = (Π J_a)^¼, θ̄ = ¼ Σ θ_a.
 #[inline(always)]
 fn take_volumes<R: Real>(shared: &mut Neighbourhood<R>, averages: &[Vector3<R>; NODES]) {
-    let [a, b, c, d] = averages.map(|average| average.0);
+    let [a, b, c, d] = averages;
+    let (a, b, c, d) = (a.0, b.0, c.0, d.0);
     shared.jacobian = (a[0] * b[0]) * (c[0] * d[0]);
     shared.increment = ((a[1] + b[1]) + (c[1] + d[1])) * 0.25;
 }

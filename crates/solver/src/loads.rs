@@ -144,7 +144,7 @@ fn area_vectors<T: Accumulate>(
 ) {
     match face {
         Face::Quad4(nodes) => {
-            for (corner, area) in face_area_vectors(&nodes.map(place), measure) {
+            for (corner, area) in face_area_vectors(&nodes.map(&place), measure) {
                 add(nodes[corner], area);
             }
         }
@@ -154,57 +154,15 @@ fn area_vectors<T: Accumulate>(
             let third = T::ZERO.plus(measure(cross(minus(b, a), minus(c, a))), 1.0 / 6.0);
             nodes.iter().for_each(|&node| add(node, third));
         }
-        Face::Triangle6(nodes) => {
-            for (&node, area) in nodes.iter().zip(triangle_area_vectors(&nodes.map(place), measure)) {
-                add(node, area);
+        // as the motion of `tet10`, four triangles
+        Face::Triangle6([a, b, c, ab, bc, ca]) => {
+            for nodes in [[*a, *ab, *ca], [*ab, *b, *bc], [*ca, *bc, *c], [*ab, *bc, *ca]] {
+                let [x, y, z] = nodes.map(&place);
+                let third = T::ZERO.plus(measure(cross(minus(y, x), minus(z, x))), 1.0 / 6.0);
+                nodes.iter().for_each(|&node| add(node, third));
             }
         }
     }
-}
-
-/// Two of the volume coordinates of six points of a triangle (the third is what is missing to 1) and their shares of the
-/// area, which are exact up to the fourth degree: for the area vectors of a curved triangle of six nodes (Dunavant 1985).
-const TRIANGLE_POINTS: [([f64; 2], f64); 6] = {
-    const A: f64 = 0.445_948_490_915_964_9;
-    const B: f64 = 0.091_576_213_509_770_7;
-    const OF_A: f64 = 0.223_381_589_678_011_5;
-    const OF_B: f64 = 1.0 / 3.0 - OF_A;
-    [
-        ([A, A], OF_A),
-        ([A, 1.0 - 2.0 * A], OF_A),
-        ([1.0 - 2.0 * A, A], OF_A),
-        ([B, B], OF_B),
-        ([B, 1.0 - 2.0 * B], OF_B),
-        ([1.0 - 2.0 * B, B], OF_B),
-    ]
-};
-
-/// ∫ N_a `measure`(∂x/∂ξ × ∂x/∂η) dξ dη for each node a of a triangle of six nodes.
-fn triangle_area_vectors<T: Accumulate>(nodes: &[[f64; 3]; 6], measure: impl Fn([f64; 3]) -> T) -> [T; 6] {
-    let mut sums = [T::ZERO; 6];
-    for ([xi, eta], share) in TRIANGLE_POINTS {
-        let rest = 1.0 - xi - eta;
-        // the middles follow the corners: 01, 12, 20
-        let shape = [
-            rest * (2.0 * rest - 1.0),
-            xi * (2.0 * xi - 1.0),
-            eta * (2.0 * eta - 1.0),
-            4.0 * rest * xi,
-            4.0 * xi * eta,
-            4.0 * eta * rest,
-        ];
-        let by_xi = [1.0 - 4.0 * rest, 4.0 * xi - 1.0, 0.0, 4.0 * (rest - xi), 4.0 * eta, -4.0 * eta];
-        let by_eta = [1.0 - 4.0 * rest, 0.0, 4.0 * eta - 1.0, -4.0 * xi, 4.0 * xi, 4.0 * (rest - eta)];
-        let along = |slopes: [f64; 6]| {
-            let component = |i: usize| nodes.iter().zip(slopes).map(|(node, slope)| slope * node[i]).sum();
-            std::array::from_fn(component)
-        };
-        let measured = measure(cross(along(by_xi), along(by_eta)));
-        for (sum, shape) in sums.iter_mut().zip(shape) {
-            *sum = sum.plus(measured, 0.5 * share * shape);
-        }
-    }
-    sums
 }
 
 /// ∫ N_a `measure`(∂x/∂ξ × ∂x/∂η) dξ dη for each corner a of a bilinear face; exact for the vector itself.
@@ -296,34 +254,30 @@ mod tests {
         assert_eq!(external[0][0], 0.0);
     }
 
-    /// A flat triangle of six nodes carries its load at the middles of its edges, a third each, and triangles of three nodes
-    /// at the corners; a curved one has the area vector of its boundary, ½ ∮ x × dx.
+    /// A triangle of three nodes shares its load equally; one of six is four of them, so that a corner has a twelfth and a middle
+    /// a quarter. Its area vector is that of its boundary, ½ Σ x × Δx, also when it is not flat.
     #[test]
-    fn triangles_share_their_load_as_their_shape_functions_say() {
+    fn triangles_share_their_load_as_their_elements_move() {
         let mut nodes =
             [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.5, 0.0], [0.0, 1.5, 0.0]];
-        let areas = triangle_area_vectors(&nodes, |vector| vector);
-        for (area, expected) in areas.iter().zip([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]) {
-            assert!(area[0] == 0.0 && area[1] == 0.0 && (area[2] - expected).abs() < 1e-15, "{area:?}");
-        }
-        let mut of_corners = Vec::new();
-        area_vectors(&Face::from([0, 1, 2]), |node| nodes[node as usize], norm, |_, area| of_corners.push(area));
-        assert!(of_corners.iter().all(|area| (area - 1.0).abs() < 1e-15));
-        nodes[4] = [1.2, 1.6, 0.3];
-        nodes[3] = [1.1, -0.2, 0.1];
-        let sum =
-            triangle_area_vectors(&nodes, |vector| vector).into_iter().fold([0.0; 3], |sum, area| sum.plus(area, 1.0));
-        let mut around = [0.0; 3];
-        for (a, middle, b) in [(0, 3, 1), (1, 4, 2), (2, 5, 0)] {
-            // x × dx along a parabola by Simpson's rule, exact up to the third degree
-            for (t, share) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {
-                let of = |[p, q, r]: [f64; 3]| {
-                    std::array::from_fn(|i| p * nodes[a][i] + q * nodes[middle][i] + r * nodes[b][i])
-                };
-                let x = of([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)]);
-                around = around.plus(cross(x, of([4.0 * t - 3.0, 4.0 - 8.0 * t, 4.0 * t - 1.0])), 0.5 * share);
+        let areas = |face: Face, nodes: &[[f64; 3]; 6]| {
+            let mut areas = [[0.0; 3]; 6];
+            let add = |node: u32, area: [f64; 3]| areas[node as usize] = areas[node as usize].plus(area, 1.0);
+            area_vectors(&face, |node| nodes[node as usize], |vector| vector, add);
+            areas
+        };
+        let six = Face::from([0, 1, 2, 3, 4, 5]);
+        for (face, of_corner, of_middle) in [(Face::from([0, 1, 2]), 1.0, 0.0), (six, 0.25, 0.75)] {
+            for (node, area) in areas(face, &nodes).iter().enumerate() {
+                let expected = [0.0, 0.0, if node < 3 { of_corner } else { of_middle }];
+                assert!(norm(minus(*area, expected)) < 1e-15, "{area:?}");
             }
         }
+        nodes[4] = [1.2, 1.6, 0.3];
+        nodes[3] = [1.1, -0.2, 0.1];
+        let sum = areas(six, &nodes).into_iter().fold([0.0; 3], |sum, area| sum.plus(area, 1.0));
+        let around = [[0, 3], [3, 1], [1, 4], [4, 2], [2, 5], [5, 0]];
+        let around = around.iter().fold([0.0; 3], |sum, &[a, b]| sum.plus(cross(nodes[a], nodes[b]), 0.5));
         assert!(norm(minus(sum, around)) < 1e-14, "{sum:?} {around:?}");
     }
 }
