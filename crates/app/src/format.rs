@@ -44,6 +44,12 @@ pub fn bytes(number: f64) -> String {
     }
 }
 
+/// How many elements there are of each shape, in words.
+pub fn elements(mesh: &estar_mesh::Mesh, number: impl Fn(usize) -> String) -> String {
+    let of_shape = |(shape, count): (estar_mesh::Shape, usize)| format!("{} {}", number(count), shape.plural());
+    mesh.elements().counts().map(of_shape).collect::<Vec<_>>().join(", ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,10 +65,4 @@ mod tests {
         assert_eq!(prefixed(12_345_678.0), "12.35 M");
         assert_eq!(bytes(3.5 * 1_048_576.0), "3.5 MiB");
     }
-}
-
-/// How many elements there are of each shape, in words.
-pub fn elements(mesh: &estar_mesh::Mesh, number: impl Fn(usize) -> String) -> String {
-    let of_shape = |(shape, count): (estar_mesh::Shape, usize)| format!("{} {}", number(count), shape.plural());
-    mesh.elements().counts().map(of_shape).collect::<Vec<_>>().join(", ")
 }

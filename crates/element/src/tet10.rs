@@ -14,8 +14,7 @@
 //!            1
 //! ```
 //!
-//! The element is the composite one of Thoutireddy, Molinari, Repetto & Ortiz (2002) with the projection of Ostien, Foulk, Mota
-//! & Veilleux (2016): its motion is linear in each of twelve tets, four at the corners and eight round the mean of the middles,
+//! The element is the composite one of Thoutireddy, Molinari, Repetto & Ortiz (2002), here with four points: its motion is linear in each of twelve tets, four at the corners and eight round the mean of the middles,
 //! and its gradient is the field linear in the volume coordinates λ that is nearest in the sum of squares. So corners have their
 //! share of the mean pressure, which those of the quadratic tet do not have (∫ ∇N_a dV = 0 for straight edges): a shock would
 //! drive them through the tet. Volume coordinates of the point nearest corner p are λ_p = ¼ (1 + 3/√5) and ¼ (1 − 1/√5) for the
@@ -33,7 +32,7 @@
 //! of them would have no stress. Two tets with a common face have none of these left, but where a metal flows little holds them,
 //! and a shock turns tets at a rim inside out. So each point keeps the share α = 1/16 of its own volume change,
 //! θ̂ = (1 − α) θ̄ + α θ, and the forces have the mean stress (1 − α) σ̄ + α σ, which does the same work; the volume change that
-//! differs from the mean has the stiffness α² k (after the weighted average of Sierra/SM, whose α is 0.05).
+//! differs from the mean has the stiffness α² k.
 
 use crate::bulk_viscosity::{ViscousState, damped_step_factor};
 use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate};

@@ -7,7 +7,7 @@ use crate::{Elements, Face, FaceKey, Group, GroupKind, Mesh, Shape};
 /// A structured mesh of hexes with each cut into two wedges along ζ, or into six tets; any other shape leaves it as it is.
 ///
 /// Every quad is cut from its node of the least index, which neighbours see alike. Tets stand on the quads that the hex's
-/// least node is not on, with that node as their top (Dompierre, Labbé, Vallet & Camarero 1999). The middles of the edges of
+/// least node is not on, with that node as their top. The middles of the edges of
 /// ten-node tets lie on straight lines.
 pub fn cut_into(mesh: &Mesh, shape: Shape) -> Mesh {
     let mut cut = Cut::new(mesh);
