@@ -155,6 +155,7 @@ impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
         let mut nodes = [[0; MOST_LANES]; NODES];
         let nodes = &mut nodes.as_flattened_mut()[..NODES * R::LANES];
         let mut of_lanes = [[0.0; MOST_LANES]; 4];
+        let mut force_lanes = [[[0.0; MOST_LANES]; 3]; NODES];
         let corner = [Vector3::zero(); NODES];
         let mut motion = ElementMotion { reference: corner, position: corner, velocity: corner, corner_mass: zero };
         let mut averages = corner;
@@ -194,13 +195,16 @@ impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
                     let (a, b, c, d) = (a.0[2], b.0[2], c.0[2], d.0[2]);
                     let mean_stress = R::select(is_deleted, zero, ((a + b) + (c + d)) * 0.25);
                     let forces = mean_stress_forces(&motion.position, mean_stress);
-                    for (corner, force) in forces.iter().enumerate() {
-                        for (lanes, component) in of_lanes.iter_mut().zip(force.0) {
+                    for (lanes, force) in force_lanes.iter_mut().zip(&forces) {
+                        for (lanes, component) in lanes.iter_mut().zip(force.0) {
                             component.store(lanes);
                         }
-                        for lane in 0..lane_count {
+                    }
+                    // element by element: the order of a sum is that of any number of lanes
+                    for lane in 0..lane_count {
+                        for (corner, lanes) in force_lanes.iter().enumerate() {
                             let row = &mut rows[corners[corner * R::LANES + lane] as usize];
-                            for (sum, component) in row.iter_mut().zip(&of_lanes[..3]) {
+                            for (sum, component) in row.iter_mut().zip(lanes) {
                                 *sum -= component[lane];
                             }
                         }
@@ -211,8 +215,8 @@ impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
             for (lanes, number) in of_lanes.iter_mut().zip(added) {
                 R::select(is_deleted, zero, number).store(lanes);
             }
-            for corner in 0..NODES {
-                for lane in 0..lane_count {
+            for lane in 0..lane_count {
+                for corner in 0..NODES {
                     let row = &mut rows[corners[corner * R::LANES + lane] as usize];
                     for (sum, number) in row.iter_mut().zip(&of_lanes) {
                         *sum += number[lane];

@@ -209,7 +209,11 @@ fn heat_is_the_rise_of_the_temperature_in_every_theory_that_has_one() {
                 energies.heat
             );
             // F-bar and B-bar have one volume ratio at all points, and the mass of a point that of its own
-            let tolerance = if formulation == Formulation::Full { 5e-4 } else { 1e-2 };
+            let tolerance = match formulation {
+                Formulation::Full => 5e-4,
+                Formulation::Tet10 => 3e-2,
+                _ => 1e-2,
+            };
             assert!((content / energies.heat - 1.0).abs() < tolerance, "{content} {}", energies.heat);
             assert!(hottest > 400.0 && worst < 5e-3, "{hottest} {worst:e}");
         }
@@ -447,7 +451,7 @@ fn central_differences_converge_at_second_order() {
         let is_viscous = matches!(formulation, Formulation::OnePoint(HourglassControl::Viscous { .. }));
         for pair in distances.windows(2) {
             let order = (pair[0] / pair[1]).log2();
-            assert!((if is_viscous { 1.0..2.2 } else { 1.8..2.2 }).contains(&order), "{order}: {distances:?}");
+            assert!((if is_viscous { 1.0..2.3 } else { 1.8..2.3 }).contains(&order), "{order}: {distances:?}");
         }
         // the energy of F-bar is that of its own volume change, whose difference from the work does not fall with the step
         if formulation != Formulation::FBar {
