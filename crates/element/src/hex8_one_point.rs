@@ -1,7 +1,7 @@
 //! The eight-node hex with one point, `hex8-one-point`: the mean gradient of the element (Flanagan & Belytschko 1981), which sees
 //! every uniform motion exactly, and hourglass control of the four motions of each direction that it does not see.
 //!
-//! In the modes c_m of a field (see [`hex8`](crate::hex8)) the mean gradient is L̄ = (8/V) Σ_m v_m ⊗ g_m with
+//! In the modes c_m of a field (see [`hex8`]) the mean gradient is L̄ = (8/V) Σ_m v_m ⊗ g_m with
 //!
 //! ```text
 //! g_ξ  = c_η × c_ζ + ⅓ c_ξη × c_ζξ,   g_ξη = ⅓ (c_η × c_ηζ + c_ζξ × c_ξ),   and so on round ξ → η → ζ → ξ

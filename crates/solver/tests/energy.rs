@@ -13,7 +13,7 @@ use estar_material::{
     EStar, EStarTotal, Elastic, ElasticEnergy, FlowRule, GreenNaghdi, Hencky, IsotropicHardening, MaterialModel,
     PlasticMetric,
 };
-use estar_mesh::{Face, Mesh};
+use estar_mesh::{Face, Mesh, Shape};
 use estar_solver::fields::ElementMeans;
 use estar_solver::model::{
     BulkViscosity, Direction, Fix, Formulation, HourglassControl, InitialVelocity, LoadKind, Quantity, RigidWall, Spin,
@@ -209,9 +209,10 @@ fn heat_is_the_rise_of_the_temperature_in_every_theory_that_has_one() {
                 energies.heat
             );
             // F-bar and B-bar have one volume ratio at all points, and the mass of a point that of its own
-            let tolerance = match formulation {
-                Formulation::Full => 5e-4,
-                Formulation::Tet10 => 3e-2,
+            // nor are the points of a collapsed hex or of a tet that is bent alike
+            let tolerance = match (formulation, shape) {
+                (Formulation::Full, Shape::Hex8) => 5e-4,
+                (Formulation::Tet10, _) => 3e-2,
                 _ => 1e-2,
             };
             assert!((content / energies.heat - 1.0).abs() < tolerance, "{content} {}", energies.heat);
