@@ -146,8 +146,13 @@ pub fn mesh(command: &MeshCommand) -> Result<(), Failure> {
             let sizes = |values: &[f64]| [values[0], values[1], values[2]];
             let cells = [arguments.cells[0], arguments.cells[1], arguments.cells[2]];
             let spec = BoxSpec::new(sizes(&arguments.size), cells).map_err(impossible)?;
-            let hex_count = cells.iter().map(|count| u64::from(*count)).product();
-            if let Some(shortage) = memory::shortage_of_new_mesh(hex_count) {
+            let hex_count: u64 = cells.iter().map(|count| u64::from(*count)).product();
+            let pieces = match arguments.target.shape {
+                Shape::Tet4 | Shape::Tet10 => 6,
+                Shape::Wedge6 => 2,
+                Shape::Hex8 | Shape::Pyramid5 => 1,
+            };
+            if let Some(shortage) = memory::shortage_of_new_mesh(hex_count.saturating_mul(pieces)) {
                 return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
             }
             write(&arguments.target, || box_mesh(&spec))
