@@ -180,7 +180,7 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
             ("7 13 14 17 16 22 23 26 25", "3 2 5 2 \n7 13 14 17 16 22 23 26 25"),
         ],
     );
-    input.answer("elements without a material", DECK, half.as_bytes(), &[], 2, "elements 7, 8");
+    input.answer("elements without a material", DECK, half.as_bytes(), &[], 2, "no part: 7, 8");
     let wall = "[[rigid_wall]]\npoint = [0.5, 0, 0]\nnormal = [1, 0, 0]\n";
     input.addition("body behind a wall", wall, &[], 2, "this wall");
     input.addition("threads that no machine has", "", &["--threads", "100000"], 2, "4096");

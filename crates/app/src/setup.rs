@@ -313,7 +313,7 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
                 .push(Diagnostic::error(message).at(part.material.0.span, "no element can have it").help(reason));
         }
         let elements = &mesh.group(&part.group.name.value)?.elements;
-        let element = part.formulation(mesh, elements, diagnostics)?;
+        let element = part.formulation(mesh, elements, diagnostics);
         if element == Formulation::FBar && !material.keeps_volume() {
             let message = "plastic flow that changes the volume, in elements `hex8-f-bar`, does not keep the energy";
             let help = "take element = \"hex8\" for the part: such flow does not lock";

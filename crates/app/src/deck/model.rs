@@ -71,9 +71,8 @@ const STIFFNESS_COEFFICIENT: f64 = 0.05;
 const VISCOUS_COEFFICIENT: f64 = 0.1;
 
 impl PartTable {
-    /// The formulation of the part's elements, none if they have shapes that it is not made for; that and keys that do not suit it
-    /// are reported.
-    pub fn formulation(&self, mesh: &Mesh, elements: &[u32], diagnostics: &mut Diagnostics) -> Option<Formulation> {
+    /// The formulation of the part's elements; shapes that it is not made for and keys that do not suit it are reported.
+    pub fn formulation(&self, mesh: &Mesh, elements: &[u32], diagnostics: &mut Diagnostics) -> Formulation {
         let has = |shape: Shape| elements.iter().any(|&element| mesh.elements().shape(element as usize) == shape);
         let shapes: Vec<Shape> = Shape::ALL.into_iter().filter(|shape| has(*shape)).collect();
         let usual = match shapes[..] {
@@ -85,14 +84,14 @@ impl PartTable {
         let formulation = self.of_kind(self.element.as_ref().map_or(usual, |element| element.value), diagnostics);
         let others: Vec<Shape> = shapes.iter().copied().filter(|shape| formulation.places(*shape).is_none()).collect();
         if others.is_empty() {
-            return Some(formulation);
+            return formulation;
         }
         let plurals = |shapes: &[Shape]| shapes.iter().map(|shape| shape.plural()).collect::<Vec<_>>().join(" and ");
         let name = element_name(formulation);
         let group = &self.group.name;
         let message =
             format!("the group `{}` has {}, which elements `{name}` are not made for", group.value, plurals(&others));
-        let fits = [Formulation::BBar, Formulation::Tet4, Formulation::Tet10]
+        let fits = [Formulation::FBar, Formulation::BBar, Formulation::Tet4, Formulation::Tet10]
             .into_iter()
             .find(|element| shapes.iter().all(|shape| element.places(*shape).is_some()));
         let help = match fits {
@@ -101,7 +100,7 @@ impl PartTable {
         };
         let span = self.element.as_ref().map_or(group.span, |element| element.span);
         diagnostics.push(Diagnostic::error(message).at(span, "this part").help(help));
-        None
+        formulation
     }
 
     fn of_kind(&self, kind: ElementKind, diagnostics: &mut Diagnostics) -> Formulation {
