@@ -32,7 +32,7 @@ fn element_step(criterion: &mut Criterion) {
                                 simulation.advance().expect("a sound run");
                             }
                         });
-                        let element_steps = STEPS as f64 * mesh.hex_count() as f64;
+                        let element_steps = STEPS as f64 * mesh.element_count() as f64;
                         begun.elapsed().mul_f64(iterations as f64 / element_steps)
                     });
                 });

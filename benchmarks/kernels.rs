@@ -7,7 +7,7 @@
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
-use estar::bench::single_hex::{Pace, STEPS_BEFORE, SingleHex};
+use estar::bench::single_hex::{Pace, STEPS_BEFORE, SingleElement};
 use estar::bench::taylor_bar::{ELEMENTS, materials};
 use estar::deck::model::element_name;
 use estar_element::element::{Element, ElementVisitor};
@@ -134,21 +134,21 @@ struct AdvanceTime<'a, M> {
 impl<M: Material> ElementVisitor for AdvanceTime<'_, M> {
     type Output = f64;
 
-    fn visit<E: Element>(self, element: E) -> f64 {
-        dispatch(self.level, AdvanceElement { material: self.material, element })
+    fn visit<const NODES: usize, E: Element<NODES>>(self, element: E) -> f64 {
+        dispatch(self.level, AdvanceElement::<_, _, NODES> { material: self.material, element })
     }
 }
 
-struct AdvanceElement<'a, M, E> {
+struct AdvanceElement<'a, M, E, const NODES: usize> {
     material: &'a M,
     element: E,
 }
 
-impl<M: Material, E: Element> WithLanes for AdvanceElement<'_, M, E> {
+impl<M: Material, E: Element<NODES>, const NODES: usize> WithLanes for AdvanceElement<'_, M, E, NODES> {
     type Output = f64;
 
     fn with_lanes<R: Real>(self) -> f64 {
-        let new = || SingleHex::<M, E, R>::new(self.material, self.element, Pace::Yielding);
+        let new = || SingleElement::<M, E, R, NODES>::new(self.material, self.element, Pace::Yielding);
         let mut hexes: [_; PACKS] = std::array::from_fn(|_| new());
         let mut advance = |rounds| {
             for _ in 0..rounds {

@@ -138,8 +138,8 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     input.answer("garbage", DECK, b"\x7fELF\x02\x01\x01\0\0\0\xff\xfe", &[], 2, "box.msh");
     input.answer("cut short", DECK, &mesh.as_bytes()[..mesh.len() * 2 / 3], &[], 2, "box.msh:84");
     input.mesh("wrong version", &[("4.1 0 8", "4.0 0 8")], "Gmsh format 4.0");
-    let tetrahedra = [("7 32 1 32 \n3 1 5 8 \n", "8 33 1 33 \n3 1 4 1 \n33 1 2 5 10 \n3 1 5 8 \n")];
-    input.mesh("elements that are not supported", &tetrahedra, "element 33");
+    let quadratic = format!("8 33 1 33 \n3 1 17 1 \n33{}\n3 1 5 8 \n", " 1".repeat(20));
+    input.mesh("elements that are not supported", &[("7 32 1 32 \n3 1 5 8 \n", &quadratic)], "element 33");
     input.mesh("inverted hex", &[("1 1 2 5 4 10 11 14 13", "1 10 11 14 13 1 2 5 4")], "element 1");
     input.mesh("degenerate hex", &[("1 1 2 5 4 10 11 14 13", "1 1 1 5 4 10 11 14 13")], "element 1");
     input.mesh("two hexes in one place", &[("2 2 3 6 5 11 12 15 14", "2 1 2 5 4 10 11 14 13")], "elements 1 and 2");
@@ -167,6 +167,8 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     let pull = "[[prescribed]]\ngroup = \"z_max\"\ndirection = \"y\"\nquantity = \"displacement\"\ncurve = [[0, 0], [1, 0.1]]\n";
     input.addition("nodes that are held and moved", &format!("{fix}{pull}"), &[], 2, "both fixed and prescribed");
     let twice = "[[part]]\ngroup = \"box\"\nmaterial = \"rubber\"\n";
+    let tets = ["--set", "part.0.element='tet10'"];
+    input.addition("hexes in a part of tets", "", &tets, 2, "--set");
     input.addition("element in two parts", twice, &[], 2, "deck.toml");
     let half = replaced(
         &input.mesh,
@@ -178,7 +180,7 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
             ("7 13 14 17 16 22 23 26 25", "3 2 5 2 \n7 13 14 17 16 22 23 26 25"),
         ],
     );
-    input.answer("elements without a material", DECK, half.as_bytes(), &[], 2, "elements 7, 8");
+    input.answer("elements without a material", DECK, half.as_bytes(), &[], 2, "no part: 7, 8");
     let wall = "[[rigid_wall]]\npoint = [0.5, 0, 0]\nnormal = [1, 0, 0]\n";
     input.addition("body behind a wall", wall, &[], 2, "this wall");
     let ball = "[[rigid_wall]]\nshape = \"sphere\"\ncentre = [0.5, 0.5, 1.1]\nradius = 0.2\n";

@@ -52,7 +52,7 @@ fn a_run_leaves_all_its_files() {
 
     let summary = workshop.summary();
     assert_eq!(summary["status"], "finished");
-    assert_eq!(summary["mesh"]["hexes"], 8);
+    assert_eq!(summary["mesh"]["elements"], 8);
     assert_eq!(summary["state_hash"].as_str().unwrap().len(), 64);
     assert!((summary["energies"]["kinetic_energy"].as_f64().unwrap() - 500.0).abs() < 1e-9);
     assert!((summary["probes"]["place"].as_f64().unwrap() - 0.02).abs() < 1e-12);
@@ -147,7 +147,7 @@ fn wrong_probes_are_told_all_at_once() {
             "the mesh has no node with the number 999",
             "the group `x_min` has 9 nodes",
             "does not live on an element",
-            "is a surface, but the field lives on hexes",
+            "is a surface, but the field lives on elements",
             "`component` must say which",
             "this field has no components",
             "this field has no component `x`",
@@ -213,8 +213,8 @@ fn a_flow_rule_that_loses_the_plastic_metric_is_refused_for_elements() {
 fn parts_must_own_every_hex_once() {
     let workshop = Workshop::new();
     let twice = "[[part]]\ngroup = \"box\"\nmaterial = \"rubber\"\n";
-    workshop.run(twice, &[]).assert(2, &["8 hexes are in two parts", "the first part", "the second part"]);
-    workshop.run("", &["--set", "part=[]"]).assert(2, &["8 hexes belong to no part", "volume group `box`"]);
+    workshop.run(twice, &[]).assert(2, &["8 elements are in two parts", "the first part", "the second part"]);
+    workshop.run("", &["--set", "part=[]"]).assert(2, &["8 elements belong to no part", "volume group `box`"]);
 }
 
 #[test]

@@ -157,7 +157,7 @@ fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Resu
         threads: rayon::current_num_threads(),
         lanes: lanes.name(),
         element_steps_per_second: rate,
-        seconds_expected: steps_expected * simulation.hex_count() as f64 / rate,
+        seconds_expected: steps_expected * simulation.element_count() as f64 / rate,
         memory_bytes: memory::needed(problem) as f64,
         memory_left_bytes,
         frames_expected,
@@ -174,7 +174,7 @@ fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Resu
 /// The elements with the smallest stable time steps, the smallest first.
 fn controlling_elements(problem: &Problem, simulation: &Simulation) -> Vec<Controlling> {
     let mut steps: Vec<(u64, f64)> =
-        problem.mesh.hex_labels().iter().map(|label| label.0).zip(simulation.stable_time_steps()).collect();
+        problem.mesh.element_labels().iter().map(|label| label.0).zip(simulation.stable_time_steps()).collect();
     steps.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
     let shown = steps.into_iter().take(CONTROLLING_SHOWN);
     shown.map(|(element, stable_time_step)| Controlling { element, stable_time_step }).collect()
@@ -191,18 +191,19 @@ fn timed_rate(simulation: &mut Simulation) -> f64 {
         }
         steps += 1;
     }
-    steps.max(1) as f64 * simulation.hex_count() as f64 / start.elapsed().as_secs_f64()
+    steps.max(1) as f64 * simulation.element_count() as f64 / start.elapsed().as_secs_f64()
 }
 
 /// Bytes of a frame before compression.
 fn bytes_of_frame(problem: &Problem) -> f64 {
-    let (nodes, hexes) = (problem.mesh.node_count() as f64, problem.mesh.hex_count() as f64);
+    let (nodes, elements) = (problem.mesh.node_count() as f64, problem.mesh.element_count() as f64);
+    let corners = problem.mesh.elements().all_nodes().len() as f64;
     let field = |field: &Field| match field {
         Field::Displacement | Field::Velocity => 24.0 * nodes,
-        Field::CauchyStress => 48.0 * hexes,
-        _ => 8.0 * hexes,
+        Field::CauchyStress => 48.0 * elements,
+        _ => 8.0 * elements,
     };
-    let fixed = nodes * (24.0 + 8.0) + hexes * (8.0 * 4.0 + 4.0 + 1.0 + 8.0 + 4.0);
+    let fixed = nodes * (24.0 + 8.0) + 4.0 * corners + elements * (4.0 + 1.0 + 8.0 + 4.0);
     fixed + problem.output.fields.iter().map(field).sum::<f64>()
 }
 

@@ -133,18 +133,19 @@ fn mesh_hash(mesh: &Mesh) -> String {
         hasher.update(&bytes);
     };
     let count = |length: usize| std::iter::once(length as u64);
-    numbers(&mut count(mesh.node_count()).chain(count(mesh.hex_count())).chain(count(mesh.groups().len())));
+    numbers(&mut count(mesh.node_count()).chain(count(mesh.element_count())).chain(count(mesh.groups().len())));
     numbers(&mut mesh.coordinates().iter().flatten().map(|coordinate| coordinate.to_bits()));
     numbers(&mut mesh.node_labels().iter().map(|label| label.0));
-    numbers(&mut mesh.hexes().iter().flatten().map(|node| u64::from(*node)));
-    numbers(&mut mesh.hex_labels().iter().map(|label| label.0));
+    numbers(&mut mesh.elements().all_nodes().iter().map(|node| u64::from(*node)));
+    numbers(&mut mesh.elements().shapes().iter().map(|shape| *shape as u64));
+    numbers(&mut mesh.element_labels().iter().map(|label| label.0));
     for group in mesh.groups() {
         let name = group.name.bytes().map(u64::from);
         let members = |members: &[u32]| members.iter().map(|member| u64::from(*member)).collect::<Vec<_>>();
         numbers(&mut count(group.name.len()).chain(name).chain(count(group.kind as usize)));
         numbers(&mut count(group.nodes.len()).chain(members(&group.nodes)));
-        numbers(&mut count(group.hexes.len()).chain(members(&group.hexes)));
-        numbers(&mut count(group.faces.len()).chain(members(group.faces.as_flattened())));
+        numbers(&mut count(group.elements.len()).chain(members(&group.elements)));
+        numbers(&mut count(group.faces.len()).chain(group.faces.iter().flat_map(|face| members(face.nodes()))));
     }
     hex(&hasher.finalize())
 }

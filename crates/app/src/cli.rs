@@ -137,7 +137,7 @@ struct BenchArguments {
     #[arg(long, value_name = "LEVEL", value_parser = lane_levels)]
     lanes: Option<LaneLevels>,
     /// Hexes of the mesh, about; 41472 unless given
-    #[arg(long, value_name = "N", value_parser = hex_count, conflicts_with = "sizes")]
+    #[arg(long, value_name = "N", value_parser = element_count, conflicts_with = "sizes")]
     hexes: Option<usize>,
     /// One element and material on meshes of 1.5 thousand to 2 million hexes (ten minutes, and gigabytes)
     #[arg(long)]
@@ -181,7 +181,7 @@ fn lane_levels(text: &str) -> Result<LaneLevels, String> {
 /// A bar with more hexes than this is a slip of the pen.
 const MOST_HEXES: usize = 10_000_000;
 
-fn hex_count(text: &str) -> Result<usize, String> {
+fn element_count(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=MOST_HEXES).contains(&count) => Ok(count),
         _ => Err(format!("a whole number from 1 to {MOST_HEXES} is needed")),

@@ -9,17 +9,17 @@ pub enum Field {
     Displacement,
     /// Velocity of nodes, m/s.
     Velocity,
-    /// Cauchy stress of hexes, Pa.
+    /// Cauchy stress of elements, Pa.
     CauchyStress,
-    /// Equivalent plastic strain of hexes.
+    /// Equivalent plastic strain of elements.
     EquivalentPlasticStrain,
-    /// Temperature of hexes, K.
+    /// Temperature of elements, K.
     Temperature,
-    /// Von Mises stress of hexes, Pa.
+    /// Von Mises stress of elements, Pa.
     VonMisesStress,
-    /// Pressure of hexes, Pa.
+    /// Pressure of elements, Pa.
     Pressure,
-    /// Volume ratio of hexes.
+    /// Volume ratio of elements.
     VolumeRatio,
 }
 
@@ -32,22 +32,22 @@ pub enum ProbeField {
     Displacement,
     /// Velocity of nodes, m/s.
     Velocity,
-    /// Cauchy stress of hexes, Pa.
+    /// Cauchy stress of elements, Pa.
     CauchyStress,
-    /// Equivalent plastic strain of hexes.
+    /// Equivalent plastic strain of elements.
     EquivalentPlasticStrain,
-    /// Temperature of hexes, K.
+    /// Temperature of elements, K.
     Temperature,
-    /// Von Mises stress of hexes, Pa.
+    /// Von Mises stress of elements, Pa.
     VonMisesStress,
-    /// Pressure of hexes, Pa.
+    /// Pressure of elements, Pa.
     Pressure,
-    /// Volume ratio of hexes.
+    /// Volume ratio of elements.
     VolumeRatio,
 }
 
 impl ProbeField {
-    /// Whether the field lives on nodes, or else on hexes.
+    /// Whether the field lives on nodes, or else on elements.
     pub fn is_nodal(self) -> bool {
         matches!(self, Self::Position | Self::Displacement | Self::Velocity)
     }

@@ -69,6 +69,12 @@ pub fn bytes(number: f64) -> String {
     }
 }
 
+/// How many elements there are of each shape, in words.
+pub fn elements(mesh: &estar_mesh::Mesh, number: impl Fn(usize) -> String) -> String {
+    let of_shape = |(shape, count): (estar_mesh::Shape, usize)| format!("{} {}", number(count), shape.plural());
+    mesh.elements().counts().map(of_shape).collect::<Vec<_>>().join(", ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,6 @@
 //! Frames, written by a thread of their own so that output does not stop the loop.
 //!
-//! The loop copies what only it has: displacements, velocities, and means over the points of the hexes. What follows from
+//! The loop copies what only it has: displacements, velocities, and means over the points of the elements. What follows from
 //! them (places, von Mises stress, pressure, volume ratio) the writer works out number by number.
 //!
 //! A frame's numbers are in a buffer that goes to and fro. When a frame comes before the last one is written, the loop waits
@@ -12,7 +12,7 @@ use crate::fields::Field;
 use estar_io::{FieldData, Frame, Grid, ResultWriter, WriteError};
 use estar_mesh::Mesh;
 use estar_solver::Simulation;
-use estar_solver::fields::{HexMeans, pressure, volume_ratio, von_mises_stress};
+use estar_solver::fields::{ElementMeans, pressure, volume_ratio, von_mises_stress};
 use estar_solver::model::Part;
 use rayon::prelude::*;
 use std::path::Path;
@@ -62,7 +62,7 @@ pub struct FrameNumbers {
     cauchy_stress: Vec<[f64; 6]>,
     equivalent_plastic_strain: Vec<f64>,
     temperature: Vec<f64>,
-    /// Of deleted hexes [`HIDDEN_CELL`]; empty where none ever is deleted.
+    /// Of deleted elements [`HIDDEN_CELL`]; empty where none ever is deleted.
     ghosts: Vec<u8>,
 }
 
@@ -86,7 +86,7 @@ impl FrameWriter {
                 Failure::File(format!("error: the run cannot go on: {error}{}", checkpoint::START_OVER))
             })?
         };
-        let part_of_hex = part_of_hex(mesh, parts);
+        let part_of_element = part_of_element(mesh, parts);
         // packing a frame must not crowd out the loop
         let threads = rayon::current_num_threads().div_ceil(SHARE_OF_THREADS);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -97,8 +97,8 @@ impl FrameWriter {
         let write_all = move || {
             // whoever is to take buffers may be gone already: then there is nothing to write
             let _ = give_back.send(FrameNumbers::default());
-            let grid = pool.install(|| grid(&mesh, &part_of_hex)).map_err(failure)?;
-            drop(part_of_hex);
+            let grid = pool.install(|| grid(&mesh, &part_of_element)).map_err(failure)?;
+            drop(part_of_element);
             for order in orders {
                 let numbers = match order {
                     Order::Write(numbers) => {
@@ -173,33 +173,34 @@ impl FrameWriter {
 }
 
 /// Part of each hex, by its place in the model.
-pub fn part_of_hex(mesh: &Mesh, parts: &[Part]) -> Vec<i32> {
-    let mut part_of_hex = vec![0; mesh.hex_count()];
+pub fn part_of_element(mesh: &Mesh, parts: &[Part]) -> Vec<i32> {
+    let mut part_of_element = vec![0; mesh.element_count()];
     for (number, part) in parts.iter().enumerate() {
-        for hex in &part.hexes {
-            part_of_hex[*hex as usize] = number as i32 + 1;
+        for hex in &part.elements {
+            part_of_element[*hex as usize] = number as i32 + 1;
         }
     }
-    part_of_hex
+    part_of_element
 }
 
 /// What is the same in every frame.
 ///
 /// # Errors
 /// The mesh is too large for the format.
-pub fn grid(mesh: &Mesh, part_of_hex: &[i32]) -> Result<Grid, WriteError> {
+pub fn grid(mesh: &Mesh, part_of_element: &[i32]) -> Result<Grid, WriteError> {
     let node_labels: Vec<i64> = mesh.node_labels().iter().map(|label| label.0 as i64).collect();
-    let hex_labels: Vec<i64> = mesh.hex_labels().iter().map(|label| label.0 as i64).collect();
+    let element_labels: Vec<i64> = mesh.element_labels().iter().map(|label| label.0 as i64).collect();
     let label = |name, data| estar_io::Field { name, components: 1, data };
     let of_nodes = [label("node_id", FieldData::I64(&node_labels))];
-    let of_hexes = [label("element_id", FieldData::I64(&hex_labels)), label("part", FieldData::I32(part_of_hex))];
-    Grid::new(mesh.node_count(), mesh.hexes(), &of_nodes, &of_hexes)
+    let of_elements =
+        [label("element_id", FieldData::I64(&element_labels)), label("part", FieldData::I32(part_of_element))];
+    Grid::new(mesh.node_count(), mesh.elements(), &of_nodes, &of_elements)
 }
 
 impl FrameNumbers {
     /// Copies what the fields need of the present state, with all threads of the pool.
     pub fn take(&mut self, simulation: &Simulation, fields: &[Field]) {
-        let (node_count, hex_count) = (simulation.displacement().len(), simulation.hex_count());
+        let (node_count, element_count) = (simulation.displacement().len(), simulation.element_count());
         let is_wanted = |those: &[Field]| fields.iter().any(|field| those.contains(field));
         self.time = simulation.time();
         self.displacement.resize(node_count, [0.0; 3]);
@@ -210,26 +211,26 @@ impl FrameNumbers {
             simulation.write_velocity(&mut self.velocity);
         }
         let stress = is_wanted(&[Field::CauchyStress, Field::VonMisesStress, Field::Pressure]).then(|| {
-            self.cauchy_stress.resize(hex_count, [0.0; 6]);
+            self.cauchy_stress.resize(element_count, [0.0; 6]);
             self.cauchy_stress.as_mut_slice()
         });
         let strain = is_wanted(&[Field::EquivalentPlasticStrain]).then(|| {
-            self.equivalent_plastic_strain.resize(hex_count, 0.0);
+            self.equivalent_plastic_strain.resize(element_count, 0.0);
             self.equivalent_plastic_strain.as_mut_slice()
         });
         let temperature = is_wanted(&[Field::Temperature]).then(|| {
-            self.temperature.resize(hex_count, 0.0);
+            self.temperature.resize(element_count, 0.0);
             self.temperature.as_mut_slice()
         });
         self.ghosts.clear();
         if simulation.deletes() {
             self.ghosts.extend(simulation.deleted().into_iter().map(|deleted| if deleted { HIDDEN_CELL } else { 0 }));
         }
-        simulation.write_means(HexMeans { cauchy_stress: stress, equivalent_plastic_strain: strain, temperature });
+        simulation.write_means(ElementMeans { cauchy_stress: stress, equivalent_plastic_strain: strain, temperature });
     }
 
-    /// The numbers of some nodes and hexes, in their order.
-    pub fn of(&self, nodes: &[u32], hexes: &[u32]) -> Self {
+    /// The numbers of some nodes and elements, in their order.
+    pub fn of(&self, nodes: &[u32], elements: &[u32]) -> Self {
         fn chosen<T: Copy>(all: &[T], indices: &[u32]) -> Vec<T> {
             let indices = indices.iter().filter(|_| !all.is_empty());
             indices.map(|&index| all[index as usize]).collect()
@@ -238,10 +239,10 @@ impl FrameNumbers {
             time: self.time,
             displacement: chosen(&self.displacement, nodes),
             velocity: chosen(&self.velocity, nodes),
-            cauchy_stress: chosen(&self.cauchy_stress, hexes),
-            equivalent_plastic_strain: chosen(&self.equivalent_plastic_strain, hexes),
-            temperature: chosen(&self.temperature, hexes),
-            ghosts: chosen(&self.ghosts, hexes),
+            cauchy_stress: chosen(&self.cauchy_stress, elements),
+            equivalent_plastic_strain: chosen(&self.equivalent_plastic_strain, elements),
+            temperature: chosen(&self.temperature, elements),
+            ghosts: chosen(&self.ghosts, elements),
         }
     }
 
@@ -260,8 +261,8 @@ impl FrameNumbers {
         let place = |k: usize| reference[k / 3][k % 3] + displacement[k / 3][k % 3];
         let von_mises_stress = |hex: usize| von_mises_stress(&stress[hex]);
         let pressure = |hex: usize| pressure(&stress[hex]);
-        let volume_ratio = |hex: usize| volume_ratio(&mesh.hexes()[hex], reference, displacement);
-        let computed = |number| FieldData::Computed { count: mesh.hex_count(), number };
+        let volume_ratio = |element: usize| volume_ratio(mesh.elements(), element, reference, displacement);
+        let computed = |number| FieldData::Computed { count: mesh.element_count(), number };
 
         let (mut node_fields, mut cell_fields) = (Vec::new(), Vec::new());
         for field in fields {

@@ -144,7 +144,7 @@ impl History {
         let energies = simulation.energies();
         let [x, y, z] = simulation.momentum();
         let extremes = simulation.extremes();
-        let label = snapshot.mesh.hex_labels()[extremes.controlling_hex as usize].0;
+        let label = snapshot.mesh.element_labels()[extremes.controlling_element as usize].0;
         let mut row = vec![
             Value::Real(simulation.time()),
             Value::Integer(simulation.step()),

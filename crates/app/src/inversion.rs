@@ -4,11 +4,11 @@
 use crate::checkpoint::Bits;
 use crate::failure::Failure;
 use crate::fields::Field;
-use crate::frames::{FrameNumbers, grid, part_of_hex};
+use crate::frames::{FrameNumbers, grid, part_of_element};
 use crate::setup::{PartDescription, Problem};
 use crate::summary::PartSummary;
 use estar_io::{Grid, ResultWriter, WriteError};
-use estar_mesh::Mesh;
+use estar_mesh::{Elements, Mesh};
 use estar_solver::Simulation;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -32,7 +32,7 @@ pub struct Approach {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Closest {
     jacobian: Bits,
-    hex: u32,
+    element: u32,
     time: Bits,
 }
 
@@ -45,15 +45,15 @@ impl Closest {
 impl Approach {
     /// Whether it is one of the parts of this problem.
     pub fn is_of(&self, problem: &Problem) -> bool {
-        let hex_count = problem.mesh.hex_count() as u32;
-        self.parts.len() == problem.parts.len() && self.parts.iter().all(|closest| closest.hex < hex_count)
+        let element_count = problem.mesh.element_count() as u32;
+        self.parts.len() == problem.parts.len() && self.parts.iter().all(|closest| closest.element < element_count)
     }
 
     /// Before anything has moved.
     pub fn beginning(problem: &Problem) -> Self {
         let closest = |part: &estar_solver::model::Part| Closest {
             jacobian: Bits::from(1.0),
-            hex: part.hexes.first().copied().unwrap_or(0),
+            element: part.elements.first().copied().unwrap_or(0),
             time: Bits::from(0.0),
         };
         Self { parts: problem.model.parts.iter().map(closest).collect(), deleted: 0 }
@@ -62,11 +62,13 @@ impl Approach {
     /// Looks at a step; a warning for each part that comes close for the first time.
     pub fn look(&mut self, problem: &Problem, simulation: &Simulation) -> Vec<String> {
         let mut warnings = Vec::new();
-        for (number, (closest, (jacobian, hex))) in self.parts.iter_mut().zip(simulation.min_jacobians()).enumerate() {
+        for (number, (closest, (jacobian, element))) in
+            self.parts.iter_mut().zip(simulation.min_jacobians()).enumerate()
+        {
             if jacobian < f64::from(closest.jacobian) {
                 let was_close = closest.is_close();
                 let (jacobian, time) = (Bits::from(jacobian), Bits::from(simulation.time()));
-                *closest = Closest { jacobian, hex, time };
+                *closest = Closest { jacobian, element, time };
                 if closest.is_close() && !was_close {
                     warnings.push(warning(number, closest, problem, simulation));
                 }
@@ -86,7 +88,7 @@ impl Approach {
             "step {}, t = {:.6e} s: {new} of {} elements turned inside out or were squeezed flat, and are deleted, {} so far, {:.4e} J with them",
             simulation.step(),
             simulation.time(),
-            problem.mesh.hex_count(),
+            problem.mesh.element_count(),
             self.deleted,
             simulation.energies().deleted
         ))
@@ -101,7 +103,7 @@ impl Approach {
                 hourglass_energy: energies[1],
                 added_mass: *added_mass,
                 smallest_jacobian: f64::from(closest.jacobian),
-                element: problem.mesh.hex_labels()[closest.hex as usize].0,
+                element: problem.mesh.element_labels()[closest.element as usize].0,
                 time: f64::from(closest.time),
             };
         let parts = self.parts.iter().zip(&problem.parts).zip(simulation.part_energies());
@@ -110,12 +112,13 @@ impl Approach {
 }
 
 fn warning(part: usize, closest: &Closest, problem: &Problem, simulation: &Simulation) -> String {
-    let corners = problem.mesh.hexes()[closest.hex as usize];
-    let nodes = corners.map(|node| problem.mesh.node_labels()[node as usize].0.to_string()).join(" ");
+    let of_element = problem.mesh.elements().nodes(closest.element as usize).iter();
+    let labels = of_element.map(|&node| problem.mesh.node_labels()[node as usize].0.to_string());
+    let nodes = labels.collect::<Vec<_>>().join(" ");
     format!(
         "warning: element {} of part {} is squeezed to {:.3} of its volume or less at step {}, t = {:.6e} s; its nodes are \
          {nodes}. It may turn inside out: a finer or better shaped mesh there helps{}",
-        problem.mesh.hex_labels()[closest.hex as usize].0,
+        problem.mesh.element_labels()[closest.element as usize].0,
         problem.parts[part].group,
         f64::from(closest.jacobian),
         simulation.step(),
@@ -129,35 +132,41 @@ pub struct Neighbourhood {
     mesh: Mesh,
     grid: Grid,
     nodes: Vec<u32>,
-    hexes: Vec<u32>,
+    elements: Vec<u32>,
     fields: Vec<Field>,
 }
 
 impl Neighbourhood {
-    /// That of a hex.
+    /// That of an element.
     ///
     /// # Errors
     /// None is to be expected: it is a piece of a mesh that was good.
-    pub fn of(hex: u32, problem: &Problem) -> Result<Self, Failure> {
+    pub fn of(element: u32, problem: &Problem) -> Result<Self, Failure> {
         let whole = &problem.mesh;
-        let corners: BTreeSet<u32> = whole.hexes()[hex as usize].into_iter().collect();
-        let touches = |hex: &u32| whole.hexes()[*hex as usize].iter().any(|node| corners.contains(node));
-        let hexes: Vec<u32> = (0..whole.hex_count() as u32).filter(touches).collect();
-        let nodes: BTreeSet<u32> = hexes.iter().flat_map(|hex| whole.hexes()[*hex as usize]).collect();
+        let nodes_of = |element: u32| whole.elements().nodes(element as usize);
+        let corners: BTreeSet<u32> = nodes_of(element).iter().copied().collect();
+        let touches = |element: &u32| nodes_of(*element).iter().any(|node| corners.contains(node));
+        let elements: Vec<u32> = (0..whole.element_count() as u32).filter(touches).collect();
+        let nodes: BTreeSet<u32> = elements.iter().flat_map(|element| nodes_of(*element)).copied().collect();
         let nodes: Vec<u32> = nodes.into_iter().collect();
         let place = |node: u32| nodes.binary_search(&node).unwrap_or_default() as u32;
-        let parts = part_of_hex(whole, &problem.model.parts);
+        let parts = part_of_element(whole, &problem.model.parts);
         let at = |index: &u32| *index as usize;
+        let mut pieces = Elements::default();
+        for &element in &elements {
+            let of_piece: Vec<u32> = nodes_of(element).iter().map(|&node| place(node)).collect();
+            pieces.push(whole.elements().shape(element as usize), &of_piece);
+        }
         let mesh = Mesh::new(
             nodes.iter().map(|node| whole.coordinates()[at(node)]).collect(),
             nodes.iter().map(|node| whole.node_labels()[at(node)]).collect(),
-            hexes.iter().map(|hex| whole.hexes()[at(hex)].map(place)).collect(),
-            hexes.iter().map(|hex| whole.hex_labels()[at(hex)]).collect(),
+            pieces,
+            elements.iter().map(|element| whole.element_labels()[at(element)]).collect(),
             Vec::new(),
         );
         let failure = |error: &dyn std::fmt::Display| Failure::File(format!("error: {error}"));
         let mesh = mesh.map_err(|error| failure(&error))?;
-        let parts: Vec<i32> = hexes.iter().map(|hex| parts[at(hex)]).collect();
+        let parts: Vec<i32> = elements.iter().map(|element| parts[at(element)]).collect();
         let grid = grid(&mesh, &parts).map_err(|error| failure(&error))?;
         let mut fields = vec![
             Field::Displacement,
@@ -171,14 +180,14 @@ impl Neighbourhood {
         if problem.model.parts.iter().any(|part| part.material.has_temperature()) {
             fields.push(Field::Temperature);
         }
-        Ok(Self { mesh, grid, nodes, hexes, fields })
+        Ok(Self { mesh, grid, nodes, elements, fields })
     }
 
     /// The present state of it.
     pub fn seen(&self, simulation: &Simulation) -> FrameNumbers {
         let mut numbers = FrameNumbers::default();
         numbers.take(simulation, &self.fields);
-        numbers.of(&self.nodes, &self.hexes)
+        numbers.of(&self.nodes, &self.elements)
     }
 
     /// Writes a series of states into the folder of the series.

@@ -19,7 +19,7 @@ const FRAME_PER_HEX: usize = 100;
 pub fn needed(problem: &Problem) -> u64 {
     let mesh = &problem.mesh;
     // the thread that writes the frames has a mesh of its own
-    let frames = mesh.node_count() * (FRAME_PER_NODE + 32) + mesh.hex_count() * (FRAME_PER_HEX + 40);
+    let frames = mesh.node_count() * (FRAME_PER_NODE + 32) + mesh.element_count() * (FRAME_PER_HEX + 40);
     (memory_needed(mesh, &problem.model) + frames) as u64
 }
 
@@ -34,8 +34,8 @@ pub fn shortage_of_mesh(path: &Path) -> Option<String> {
 }
 
 /// Why a mesh of so many hexes cannot be made, if it does not fit.
-pub fn shortage_of_new_mesh(hex_count: u64) -> Option<String> {
-    shortage("this mesh", hex_count.saturating_mul(BYTES_PER_NEW_HEX))
+pub fn shortage_of_new_mesh(element_count: u64) -> Option<String> {
+    shortage("this mesh", element_count.saturating_mul(BYTES_PER_NEW_HEX))
 }
 
 /// Why a problem cannot be run, if it does not fit.

@@ -3,14 +3,15 @@
 use crate::console::print;
 use crate::deck::units::{self, Dimension};
 use crate::failure::Failure;
+use crate::format;
 use crate::memory;
 use clap::{Args, Subcommand};
-use estar_mesh::Mesh;
 use estar_mesh::generate::{
     BoxSpec, CylinderParameters, CylinderSpec, NeckingBarParameters, NeckingBarSpec, Section, SpecError, box_mesh,
-    cylinder, necking_bar,
+    cut_into, cylinder, necking_bar,
 };
 use estar_mesh::quality::QualityReport;
+use estar_mesh::{Mesh, Shape};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -38,6 +39,9 @@ pub struct Target {
     /// The file to write (Gmsh 4.1), in metres
     #[arg(long, value_name = "FILE")]
     output: PathBuf,
+    /// Elements: each hex stays one, or is cut into two wedges or six tets
+    #[arg(long, value_parser = shape, default_value = "hex8", value_name = "hex8|wedge6|tet4|tet10")]
+    shape: Shape,
     /// Write text instead of binary
     #[arg(long)]
     ascii: bool,
@@ -124,6 +128,13 @@ fn length(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A shape that hexes can be cut into.
+fn shape(text: &str) -> Result<Shape, String> {
+    let shapes = [Shape::Hex8, Shape::Wedge6, Shape::Tet4, Shape::Tet10];
+    let named = shapes.into_iter().find(|shape| shape.to_string() == text);
+    named.ok_or_else(|| "it is none of hex8, wedge6, tet4, tet10".to_owned())
+}
+
 /// Does what the command says.
 ///
 /// # Errors
@@ -135,8 +146,13 @@ pub fn mesh(command: &MeshCommand) -> Result<(), Failure> {
             let sizes = |values: &[f64]| [values[0], values[1], values[2]];
             let cells = [arguments.cells[0], arguments.cells[1], arguments.cells[2]];
             let spec = BoxSpec::new(sizes(&arguments.size), cells).map_err(impossible)?;
-            let hex_count = cells.iter().map(|count| u64::from(*count)).product();
-            if let Some(shortage) = memory::shortage_of_new_mesh(hex_count) {
+            let hex_count: u64 = cells.iter().map(|count| u64::from(*count)).product();
+            let pieces = match arguments.target.shape {
+                Shape::Tet4 | Shape::Tet10 => 6,
+                Shape::Wedge6 => 2,
+                Shape::Hex8 | Shape::Pyramid5 => 1,
+            };
+            if let Some(shortage) = memory::shortage_of_new_mesh(hex_count.saturating_mul(pieces)) {
                 return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
             }
             write(&arguments.target, || box_mesh(&spec))
@@ -180,9 +196,13 @@ fn write(target: &Target, mesh: impl FnOnce() -> Mesh) -> Result<(), Failure> {
     if target.output.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
         return Err(Failure::File(format!("error: {} is there and no ordinary file", target.output.display())));
     }
-    let mesh = mesh();
+    let mesh = match target.shape {
+        Shape::Hex8 => mesh(),
+        shape => cut_into(&mesh(), shape),
+    };
     estar_io::write_gmsh_file(&target.output, &mesh, !target.ascii).map_err(Failure::writing(&target.output))?;
-    print(&format!("{}: {} nodes, {} hexes, in metres", target.output.display(), mesh.node_count(), mesh.hex_count()))
+    let (nodes, elements) = (mesh.node_count(), format::elements(&mesh, |number| number.to_string()));
+    print(&format!("{}: {nodes} nodes, {elements}, in metres", target.output.display()))
 }
 
 fn info(file: &std::path::Path) -> Result<(), Failure> {
@@ -196,7 +216,7 @@ fn info(file: &std::path::Path) -> Result<(), Failure> {
     let mesh = &read.mesh;
     let mut text = String::new();
     let _ = writeln!(text, "{} ({})", file.display(), read.format);
-    let _ = writeln!(text, "  {} nodes, {} hexes", mesh.node_count(), mesh.hex_count());
+    let _ = writeln!(text, "  {} nodes, {}", mesh.node_count(), format::elements(mesh, |number| number.to_string()));
     let [low, high] = mesh.extent();
     for (axis, name) in ["x", "y", "z"].iter().enumerate() {
         let _ = writeln!(text, "  {name} from {:.6e} to {:.6e}", low[axis], high[axis]);
@@ -204,10 +224,10 @@ fn info(file: &std::path::Path) -> Result<(), Failure> {
     let _ = writeln!(text, "  groups:");
     let width = mesh.groups().iter().map(|group| group.name.chars().count()).max().unwrap_or(0);
     for group in mesh.groups() {
-        let members = match (group.hexes.len(), group.faces.len()) {
+        let members = match (group.elements.len(), group.faces.len()) {
             (0, 0) => String::new(),
             (0, faces) => format!("{faces} faces, "),
-            (hexes, _) => format!("{hexes} hexes, "),
+            (elements, _) => format!("{elements} elements, "),
         };
         let name = &group.name;
         let _ = writeln!(text, "    {name:width$}  {:8} {members}{} nodes", group.kind, group.nodes.len());

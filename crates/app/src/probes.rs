@@ -127,14 +127,14 @@ impl Resolver<'_> {
                 Some(What::Mean { field: field.value, component, weights: vec![(node?, 1.0)] })
             }
             ProbeKind::Element { label, field, component } => {
-                let labels = self.mesh.hex_labels();
+                let labels = self.mesh.element_labels();
                 let hex = labels.iter().position(|hex| hex.0 == label.value.0);
                 if hex.is_none() {
                     let message = format!("the mesh has no hex with the number {}", label.value.0);
                     self.diagnostics.push(Diagnostic::error(message).at(label.span, "no such hex"));
                 }
                 if field.value.is_nodal() {
-                    self.wrong_place(field.span, "an element", "a field of hexes, such as von_mises_stress");
+                    self.wrong_place(field.span, "an element", "a field of elements, such as von_mises_stress");
                     return None;
                 }
                 let component = self.component(field, component)?;
@@ -147,7 +147,10 @@ impl Resolver<'_> {
                 let members = self.members(&group.name, field)?;
                 let weight = |index: &u32| match field.value.is_nodal() {
                     true => 1.0,
-                    false => volume(&self.mesh.corners(*index as usize)),
+                    false => {
+                        let element = *index as usize;
+                        volume(self.mesh.elements().shape(element), &self.mesh.positions(element))
+                    }
                 };
                 let weights = members.iter().map(|index| (*index, weight(index))).collect();
                 Some(What::Mean { field: field.value, component, weights })
@@ -181,17 +184,17 @@ impl Resolver<'_> {
         None
     }
 
-    /// The nodes or hexes of a group on which a field lives.
+    /// The nodes or elements of a group on which a field lives.
     fn members(&mut self, name: &At<String>, field: &At<ProbeField>) -> Option<Vec<u32>> {
         let group: &Group = self.mesh.group(&name.value)?;
         if field.value.is_nodal() {
             return Some(group.nodes.clone());
         }
         if group.kind == GroupKind::Volume {
-            self.check_temperature(field, &group.hexes);
-            return Some(group.hexes.clone());
+            self.check_temperature(field, &group.elements);
+            return Some(group.elements.clone());
         }
-        let message = format!("the group `{}` is a {}, but the field lives on hexes", group.name, group.kind);
+        let message = format!("the group `{}` is a {}, but the field lives on elements", group.name, group.kind);
         let volumes = self.mesh.groups().iter().filter(|group| group.kind == GroupKind::Volume);
         let help = format!("the volume groups are {}", listed(volumes.map(|group| group.name.as_str())));
         let diagnostic = Diagnostic::error(message).at(name.span, "a volume group is needed");
@@ -205,7 +208,7 @@ impl Resolver<'_> {
             return;
         }
         let cold = self.parts.iter().find(|part| {
-            let of_part = |hex: &u32| part.hexes.binary_search(hex).is_ok();
+            let of_part = |hex: &u32| part.elements.binary_search(hex).is_ok();
             !part.material.has_temperature() && hexes.iter().any(of_part)
         });
         if cold.is_some() {

@@ -197,7 +197,7 @@ impl Progress {
             internal_energy: energies.internal,
             external_work: energies.external_work(),
             energy_error: energies.error(),
-            element_steps_per_second: (step - since.step) as f64 * simulation.hex_count() as f64 / seconds,
+            element_steps_per_second: (step - since.step) as f64 * simulation.element_count() as f64 / seconds,
             seconds_left: (simulation.end_time() - time) * seconds / (time - since.time),
             wall_seconds: self.wall_seconds(),
         }

@@ -385,9 +385,9 @@ impl<'a> Run<'a> {
             Ending::Failed(error) => {
                 let told = trouble::of_simulation(error, &self.problem, &self.simulation, &self.jacobians);
                 let shown = match error {
-                    SimulationError::ElementInverted { hex, .. } | SimulationError::NotFinite { hex, .. } => {
+                    SimulationError::ElementInverted { element, .. } | SimulationError::NotFinite { element, .. } => {
                         // why the run failed must be told, also when this cannot be written
-                        let shown = self.show_last_steps(*hex, is_interrupted, lanes);
+                        let shown = self.show_last_steps(*element, is_interrupted, lanes);
                         shown.unwrap_or_else(|failure| format!("its last steps are not shown: {failure}"))
                     }
                     _ => "the last frame and the last row show the state at this step".to_owned(),
@@ -523,7 +523,7 @@ impl<'a> Run<'a> {
         let (problem, simulation) = (&self.problem, &self.simulation);
         let snapshot = Snapshot::new(&problem.mesh, simulation);
         let wall_seconds = self.progress.wall_seconds();
-        let element_steps = simulation.step() as f64 * simulation.hex_count() as f64;
+        let element_steps = simulation.step() as f64 * simulation.element_count() as f64;
         let outcomes: Vec<Outcome> = self.outcomes.iter().flatten().cloned().collect();
         Summary {
             version: env!("CARGO_PKG_VERSION"),
@@ -604,18 +604,18 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
     let time_step = simulation.time_step();
     let _ = write!(
         text,
-        "\n  mesh       {} ({}): {} nodes, {} hexes",
+        "\n  mesh       {} ({}): {} nodes, {}",
         problem.mesh_path.display(),
         problem.mesh_format,
         count(problem.mesh.node_count() as f64),
-        count(problem.mesh.hex_count() as f64)
+        crate::format::elements(&problem.mesh, |number| count(number as f64))
     );
     for (description, part) in problem.parts.iter().zip(&problem.model.parts) {
         let _ = write!(
             text,
-            "\n  part       {}: {} hexes of {}, {}, {:.6e} kg",
+            "\n  part       {}: {} elements of {}, {}, {:.6e} kg",
             description.group,
-            count(description.hex_count as f64),
+            count(description.element_count as f64),
             description.material,
             crate::deck::model::element_name(part.element),
             description.mass

@@ -69,8 +69,8 @@ pub struct PartDescription {
     pub group: String,
     /// Its material.
     pub material: String,
-    /// Number of its hexes.
-    pub hex_count: usize,
+    /// Number of its elements.
+    pub element_count: usize,
     /// Its mass, kg.
     pub mass: f64,
 }
@@ -341,14 +341,14 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
             diagnostics
                 .push(Diagnostic::error(message).at(part.material.0.span, "no element can have it").help(reason));
         }
-        let element = part.formulation(diagnostics);
+        let elements = &mesh.group(&part.group.name.value)?.elements;
+        let element = part.formulation(mesh, elements, diagnostics);
         if element == Formulation::FBar && !material.keeps_volume() {
             let message = "plastic flow that changes the volume, in elements `hex8-f-bar`, does not keep the energy";
             let help = "take element = \"hex8\" for the part: such flow does not lock";
             diagnostics.push(Diagnostic::warning(message).at(part.material.0.span, "this material").help(help));
         }
-        let hexes = mesh.group(&part.group.name.value)?.hexes.clone();
-        Some(Part { hexes, material: material.clone(), element })
+        Some(Part { elements: elements.clone(), material: material.clone(), element })
     });
     let parts: Vec<Part> = parts.collect();
 
@@ -358,33 +358,33 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
         }
     }
     const NOBODY: usize = usize::MAX;
-    let mut owners = vec![NOBODY; mesh.hex_count()];
+    let mut owners = vec![NOBODY; mesh.element_count()];
     for (index, part) in parts.iter().enumerate() {
         let mut rivals: Vec<(usize, usize, u32)> = Vec::new();
-        for hex in &part.hexes {
-            match owners[*hex as usize] {
-                NOBODY => owners[*hex as usize] = index,
+        for element in &part.elements {
+            match owners[*element as usize] {
+                NOBODY => owners[*element as usize] = index,
                 rival => match rivals.iter_mut().find(|(known, ..)| *known == rival) {
                     Some((_, count, _)) => *count += 1,
-                    None => rivals.push((rival, 1, *hex)),
+                    None => rivals.push((rival, 1, *element)),
                 },
             }
         }
-        for (rival, count, hex) in rivals {
-            let label = mesh.hex_labels()[hex as usize].0;
-            let message = format!("{count} hexes are in two parts, among them element {label}");
+        for (rival, count, element) in rivals {
+            let label = mesh.element_labels()[element as usize].0;
+            let message = format!("{count} elements are in two parts, among them element {label}");
             let diagnostic = Diagnostic::error(message).at(deck.part[index].group.name.span, "the second part");
             let diagnostic = diagnostic.at(deck.part[rival].group.name.span, "the first part");
-            diagnostics.push(diagnostic.help("every hex belongs to exactly one part"));
+            diagnostics.push(diagnostic.help("every element belongs to exactly one part"));
         }
     }
-    let orphans: Vec<usize> = (0..owners.len()).filter(|hex| owners[*hex] == NOBODY).collect();
+    let orphans: Vec<usize> = (0..owners.len()).filter(|element| owners[*element] == NOBODY).collect();
     if let Some(first) = orphans.first() {
-        let named = orphans.iter().take(5).map(|hex| mesh.hex_labels()[*hex].0.to_string());
+        let named = orphans.iter().take(5).map(|element| mesh.element_labels()[*element].0.to_string());
         let dots = if orphans.len() > 5 { ", ..." } else { "" };
         let labels = named.collect::<Vec<_>>().join(", ");
-        let message = format!("{} hexes belong to no part: elements {labels}{dots}", orphans.len());
-        let is_owner = |group: &&Group| group.hexes.binary_search(&(*first as u32)).is_ok();
+        let message = format!("{} elements belong to no part: {labels}{dots}", orphans.len());
+        let is_owner = |group: &&Group| group.elements.binary_search(&(*first as u32)).is_ok();
         let groups = listed(mesh.groups().iter().filter(is_owner).map(|group| group.name.as_str()));
         let help = match groups.as_str() {
             "" => "no volume group of the mesh has them: give them one in the mesher".to_owned(),
@@ -488,8 +488,12 @@ fn wall_names(deck: &Deck) -> Vec<String> {
 
 fn describe_parts(deck: &Deck, mesh: &Mesh) -> Vec<PartDescription> {
     let describe = |part: &deck::model::PartTable| {
-        let hexes = mesh.group(&part.group.name.value).map_or(&[][..], |group| &group.hexes);
-        let volumes: Vec<f64> = hexes.par_iter().map(|&hex| volume(&mesh.corners(hex as usize))).collect();
+        let elements = mesh.group(&part.group.name.value).map_or(&[][..], |group| &group.elements);
+        let volume = |&element: &u32| {
+            let element = element as usize;
+            volume(mesh.elements().shape(element), &mesh.positions(element))
+        };
+        let volumes: Vec<f64> = elements.par_iter().map(volume).collect();
         let material = &part.material.0.value;
         let density = deck
             .material
@@ -500,7 +504,7 @@ fn describe_parts(deck: &Deck, mesh: &Mesh) -> Vec<PartDescription> {
         PartDescription {
             group: part.group.name.value.clone(),
             material: material.clone(),
-            hex_count: hexes.len(),
+            element_count: elements.len(),
             mass: density * volumes.iter().sum::<f64>(),
         }
     };

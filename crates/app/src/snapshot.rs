@@ -3,7 +3,7 @@
 use crate::fields::{Component, ProbeField};
 use estar_mesh::Mesh;
 use estar_solver::Simulation;
-use estar_solver::fields::{HexMeans, pressure, volume_ratio, von_mises_stress};
+use estar_solver::fields::{ElementMeans, pressure, volume_ratio, von_mises_stress};
 use estar_solver::model::Direction;
 use std::cell::OnceCell;
 
@@ -33,8 +33,8 @@ impl<'a> Snapshot<'a> {
     /// Cauchy stress of every hex, Pa.
     fn cauchy_stress(&self) -> &[[f64; 6]] {
         self.cauchy_stress.get_or_init(|| {
-            let mut field = vec![[0.0; 6]; self.mesh.hex_count()];
-            self.simulation.write_means(HexMeans { cauchy_stress: Some(&mut field), ..HexMeans::default() });
+            let mut field = vec![[0.0; 6]; self.mesh.element_count()];
+            self.simulation.write_means(ElementMeans { cauchy_stress: Some(&mut field), ..ElementMeans::default() });
             field
         })
     }
@@ -42,9 +42,9 @@ impl<'a> Snapshot<'a> {
     /// Equivalent plastic strain of every hex.
     fn equivalent_plastic_strain(&self) -> &[f64] {
         self.equivalent_plastic_strain.get_or_init(|| {
-            let mut field = vec![0.0; self.mesh.hex_count()];
+            let mut field = vec![0.0; self.mesh.element_count()];
             self.simulation
-                .write_means(HexMeans { equivalent_plastic_strain: Some(&mut field), ..HexMeans::default() });
+                .write_means(ElementMeans { equivalent_plastic_strain: Some(&mut field), ..ElementMeans::default() });
             field
         })
     }
@@ -52,8 +52,8 @@ impl<'a> Snapshot<'a> {
     /// Temperature of every hex, K.
     fn temperature(&self) -> &[f64] {
         self.temperature.get_or_init(|| {
-            let mut field = vec![0.0; self.mesh.hex_count()];
-            self.simulation.write_means(HexMeans { temperature: Some(&mut field), ..HexMeans::default() });
+            let mut field = vec![0.0; self.mesh.element_count()];
+            self.simulation.write_means(ElementMeans { temperature: Some(&mut field), ..ElementMeans::default() });
             field
         })
     }
@@ -78,7 +78,7 @@ impl<'a> Snapshot<'a> {
             ProbeField::VonMisesStress => von_mises_stress(&self.cauchy_stress()[at]),
             ProbeField::Pressure => pressure(&self.cauchy_stress()[at]),
             ProbeField::VolumeRatio => {
-                volume_ratio(&self.mesh.hexes()[at], self.mesh.coordinates(), self.simulation.displacement())
+                volume_ratio(self.mesh.elements(), at, self.mesh.coordinates(), self.simulation.displacement())
             }
         }
     }

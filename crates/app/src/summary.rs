@@ -90,8 +90,8 @@ pub struct MeshSummary {
     pub format: String,
     /// Nodes.
     pub nodes: usize,
-    /// Hexes.
-    pub hexes: usize,
+    /// Elements.
+    pub elements: usize,
     /// Groups.
     pub groups: usize,
     /// Mass, kg.
@@ -177,7 +177,7 @@ impl MeshSummary {
             file: problem.mesh_path.display().to_string(),
             format: problem.mesh_format.clone(),
             nodes: problem.mesh.node_count(),
-            hexes: problem.mesh.hex_count(),
+            elements: problem.mesh.element_count(),
             groups: problem.mesh.groups().len(),
             mass: problem.parts.iter().map(|part| part.mass).sum(),
         }
@@ -222,7 +222,7 @@ impl ExtremeSummary {
             max_equivalent_plastic_strain: extremes.max_equivalent_plastic_strain,
             max_temperature: extremes.max_temperature,
             min_jacobian: extremes.min_jacobian,
-            controlling_element: snapshot.mesh.hex_labels()[extremes.controlling_hex as usize].0,
+            controlling_element: snapshot.mesh.element_labels()[extremes.controlling_element as usize].0,
         }
     }
 }

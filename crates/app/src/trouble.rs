@@ -8,19 +8,24 @@ pub const JACOBIANS_SHOWN: usize = 6;
 
 /// A model that the solver refuses.
 pub fn of_model(error: &ModelError, problem: &Problem) -> String {
-    let hex_label = |hex: u32| problem.mesh.hex_labels()[hex as usize].0;
+    let element_label = |element: u32| problem.mesh.element_labels()[element as usize].0;
     let node_label = |node: u32| problem.mesh.node_labels()[node as usize].0;
     let message = match error {
-        ModelError::HexInTwoParts { hex, .. } => format!("element {} belongs to two parts", hex_label(*hex)),
-        ModelError::HexWithoutPart { count, first } => {
-            format!("{count} elements belong to no part, the first is {}", hex_label(*first))
+        ModelError::ElementInTwoParts { element, .. } => {
+            format!("element {} belongs to two parts", element_label(*element))
         }
-        ModelError::BadHex { hex, what, value } => {
-            format!("element {} is inverted or too distorted: its smallest {what} is {value:?}", hex_label(*hex))
+        ModelError::ElementWithoutPart { count, first } => {
+            format!("{count} elements belong to no part, the first is {}", element_label(*first))
         }
-        ModelError::NotFinite { hex } => format!(
+        ModelError::BadElement { element, what, value } => {
+            format!(
+                "element {} is inverted or too distorted: its smallest {what} is {value:?}",
+                element_label(*element)
+            )
+        }
+        ModelError::NotFinite { element } => format!(
             "element {} has forces or a time step that no number holds: check [mesh] scale, density and stiffness",
-            hex_label(*hex)
+            element_label(*element)
         ),
         ModelError::NodeWithoutMass { count, first } => {
             format!("{count} nodes belong to no element, the first is {}", node_label(*first))
@@ -31,6 +36,11 @@ pub fn of_model(error: &ModelError, problem: &Problem) -> String {
         ModelError::NodeBehindWall { count, node, depth, .. } => {
             format!("{count} nodes begin behind a rigid wall, the deepest, node {}, by {depth:?} m", node_label(*node))
         }
+        ModelError::NoGlobalTimeStep { part } => format!(
+            "`time.time_step = \"power\"` is not known for the elements `{}` of part {}\nhelp: leave it out, or write \"element\"",
+            crate::deck::model::element_name(problem.model.parts[*part].element),
+            problem.parts[*part].group
+        ),
         ModelError::AddedMass { part, share, limit, count, attainable } => format!(
             "`time.mass_scaling` would add {:.3} % to the mass of part {}, in {count} of its elements, over its `limit` of {:.3} %\n\
              help: target_time_step = {attainable:.3e} stays within the limit; or a larger `limit`, or a mesh without such small \
@@ -54,7 +64,7 @@ pub fn of_standstill(problem: &Problem, simulation: &Simulation) -> String {
          and bulk_viscosity",
         problem.deck_path.display(),
         simulation.time_step(),
-        label(simulation.extremes().controlling_hex, problem),
+        label(simulation.extremes().controlling_element, problem),
         simulation.end_time()
     )
 }
@@ -74,32 +84,32 @@ pub fn of_simulation(
     simulation: &Simulation,
     jacobians: &[(u64, f64)],
 ) -> Told {
-    let (what, hex, help) = match error {
-        SimulationError::ElementInverted { hex, jacobian, .. } => (
-            format!("element {} inverted (smallest Jacobian {jacobian:.4e})", label(*hex, problem)),
-            Some(*hex),
+    let (what, element, help) = match error {
+        SimulationError::ElementInverted { element, jacobian, .. } => (
+            format!("element {} inverted (smallest Jacobian {jacobian:.4e})", label(*element, problem)),
+            Some(*element),
             "a finer or better shaped mesh there, a smaller [time] safety_factor, bulk_viscosity for shocks, a slower \
              load, [time] on_inversion = \"delete\"; or a unit that is wrong",
         ),
-        SimulationError::NotFinite { hex, .. } => (
-            format!("a value in element {} is not finite", label(*hex, problem)),
-            Some(*hex),
+        SimulationError::NotFinite { element, .. } => (
+            format!("a value in element {} is not finite", label(*element, problem)),
+            Some(*element),
             "a smaller [time] safety_factor; check units, densities and the sizes of loads",
         ),
-        SimulationError::Standstill { hex, time_step, .. } => (
+        SimulationError::Standstill { element, time_step, .. } => (
             format!(
                 "the time step of {time_step:.4e} s, which element {} controls, no longer moves the time",
-                label(*hex, problem)
+                label(*element, problem)
             ),
-            Some(*hex),
+            Some(*element),
             "a better shaped mesh there: an element is squeezed flat",
         ),
-        SimulationError::TimeStepTooSmall { hex, time_step, limit, .. } => (
+        SimulationError::TimeStepTooSmall { element, time_step, limit, .. } => (
             format!(
                 "the time step of {time_step:.4e} s, which element {} controls, is below [time] min_time_step = {limit:.4e} s",
-                label(*hex, problem)
+                label(*element, problem)
             ),
-            Some(*hex),
+            Some(*element),
             "a better shaped mesh there, or a smaller min_time_step if the wait is worth it",
         ),
         SimulationError::StepLimit { .. } => (
@@ -128,8 +138,8 @@ pub fn of_simulation(
         ),
     };
     let mut text = format!("error: {what} at step {}, t = {:.6e} s", simulation.step(), simulation.time());
-    if let Some(hex) = hex {
-        text.push_str(&format!("\n  {}", whereabouts(hex, problem, simulation)));
+    if let Some(element) = element {
+        text.push_str(&format!("\n  {}", whereabouts(element, problem, simulation)));
     }
     let history: Vec<String> =
         jacobians.iter().map(|(step, value)| format!("{} at step {step}", short(*value))).collect();
@@ -145,19 +155,26 @@ fn short(jacobian: f64) -> String {
     if jacobian.abs() < 1e3 { format!("{jacobian:.3}") } else { format!("{jacobian:.3e}") }
 }
 
-fn label(hex: u32, problem: &Problem) -> u64 {
-    problem.mesh.hex_labels().get(hex as usize).map_or(0, |label| label.0)
+fn label(element: u32, problem: &Problem) -> u64 {
+    problem.mesh.element_labels().get(element as usize).map_or(0, |label| label.0)
 }
 
 /// Part, nodes and first position of an element.
-fn whereabouts(hex: u32, problem: &Problem, simulation: &Simulation) -> String {
-    let Some(corners) = problem.mesh.hexes().get(hex as usize) else { return String::new() };
+fn whereabouts(element: u32, problem: &Problem, simulation: &Simulation) -> String {
+    let elements = problem.mesh.elements();
+    if element as usize >= elements.len() {
+        return String::new();
+    }
+    let of_element = elements.nodes(element as usize);
+    let count = of_element.len() as f64;
     let nodes: Vec<String> =
-        corners.iter().map(|node| problem.mesh.node_labels()[*node as usize].0.to_string()).collect();
-    let centre: [f64; 3] =
-        std::array::from_fn(|axis| corners.iter().map(|node| simulation.reference()[*node as usize][axis] / 8.0).sum());
+        of_element.iter().map(|node| problem.mesh.node_labels()[*node as usize].0.to_string()).collect();
+    let centre: [f64; 3] = std::array::from_fn(|axis| {
+        of_element.iter().map(|node| simulation.reference()[*node as usize][axis] / count).sum()
+    });
     let mut parts = problem.parts.iter().zip(&problem.model.parts);
-    let part = parts.find(|(_, part)| part.hexes.contains(&hex)).map_or("", |(description, _)| &description.group);
+    let part =
+        parts.find(|(_, part)| part.elements.contains(&element)).map_or("", |(description, _)| &description.group);
     format!(
         "it is in part {part}, has the nodes {}, and was at x = {:.4e}, y = {:.4e}, z = {:.4e} m",
         nodes.join(" "),

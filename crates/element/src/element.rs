@@ -1,7 +1,6 @@
 //! What a block of elements asks of an element.
 
 use crate::bulk_viscosity::BulkViscosity;
-use crate::hex8::{CORNERS, CornerVectors, HexMotion, HexUpdate};
 use estar_material::{Elastic, IsotropicElasticity, Material, PointState};
 use estar_tensor::{Real, Rotation, Vector3};
 
@@ -14,16 +13,76 @@ pub struct ElementStep {
     pub time_step: f64,
 }
 
-/// A hex of eight nodes with what is chosen of it.
-pub trait Element: Copy + Send + Sync + 'static {
+/// Where the nodes of an element are, how they move and what they weigh.
+#[derive(Clone, Copy, Debug)]
+pub struct ElementMotion<R, const NODES: usize> {
+    /// X, m.
+    pub reference: [Vector3<R>; NODES],
+    /// x_{n+1}, m.
+    pub position: [Vector3<R>; NODES],
+    /// v_{n+½}, m/s.
+    pub velocity: [Vector3<R>; NODES],
+    /// The smallest lumped mass of a corner, kg.
+    pub corner_mass: R,
+}
+
+/// What a step gives.
+#[derive(Clone, Copy, Debug)]
+pub struct ElementUpdate<R, const NODES: usize> {
+    /// Internal force on each node, f_a = ∫ T ∇N_a dV, N.
+    pub internal_force: [Vector3<R>; NODES],
+    /// Stress power of the step at the points, J.
+    pub internal_energy: R,
+    /// Its dissipated part, J.
+    pub plastic_dissipation: R,
+    /// Work of the step against bulk viscosity, J: on average a loss, in one step of either sign, since the pressure of
+    /// t_{n+1} comes from the velocity of the half step before.
+    pub viscous_energy: R,
+    /// Work of the step against hourglass control, J.
+    pub hourglass_energy: R,
+    /// Smallest det F of the points, and of the centre of a hex.
+    pub min_jacobian: R,
+    /// Stable time step on the new geometry, s.
+    pub stable_time_step: R,
+}
+
+/// Volume change and mean stress of an element that shares them with its neighbours.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbourhood<R> {
+    /// det F̄ at t_{n+1}, averaged over the neighbours.
+    pub jacobian: R,
+    /// Δt tr D̄ at mid-step, averaged likewise.
+    pub increment: R,
+    /// ⅓ tr T of the element at t_{n+1}, Pa, the forces of which are left to who averages.
+    pub mean_stress: R,
+}
+
+/// An element of so many nodes with what is chosen of it.
+pub trait Element<const NODES: usize>: Copy + Send + Sync + 'static {
     /// Quadrature points.
     const POINTS: usize;
+
+    /// Whether volume change and mean stress are averaged over neighbours, see [`Neighbourhood`].
+    const SHARES_VOLUME: bool = false;
+
+    /// Whether the linear forces of it are known, which the time step of the assembled mesh needs. Without them nobody asks for
+    /// [`Element::tangent`] and [`Element::linear_forces`], and what they give means nothing.
+    const HAS_LINEAR_FORCES: bool = false;
+
+    /// Where the nodes of the parent element are.
+    const PARENT: [[f64; 3]; NODES];
 
     /// History of an element of a material with the history `S` at a point.
     type History<R: Real, S: PointState<R>>: ElementHistory<R, S>;
 
     /// The history of elements that have not moved.
     fn initial_history<R: Real, M: Material>(material: &M, stable_time_step: f64) -> Self::History<R, M::State<R>>;
+
+    /// Lumped mass of each node, kg.
+    fn lumped_mass(reference: &[Vector3<f64>; NODES], density: f64) -> [f64; NODES];
+
+    /// Smallest Jacobian of the points, and of the centre of a hex, on the parent element.
+    fn smallest_jacobian(position: &[Vector3<f64>; NODES]) -> f64;
 
     /// One step of an element: stress and history at t_{n+1}, the internal force there, energies and the stable time step on the
     /// new geometry. `upcoming` is the history of the pack that comes next. Implementations are `#[inline(always)]`.
@@ -32,12 +91,14 @@ pub trait Element: Copy + Send + Sync + 'static {
         material: &M,
         history: &mut Self::History<R, M::State<R>>,
         upcoming: Option<&Self::History<R, M::State<R>>>,
-        motion: &HexMotion<R>,
+        motion: &ElementMotion<R, NODES>,
         step: &ElementStep,
-    ) -> HexUpdate<R>;
+    ) -> ElementUpdate<R, NODES>;
 
     /// Whether it damps without bulk viscosity.
-    fn is_damped(self) -> bool;
+    fn is_damped(self) -> bool {
+        false
+    }
 
     /// What the linear forces need besides the geometry, at t_n, of an element with this stable time step (s). `step.time_step` is the
     /// Δt of K + 2C/Δt.
@@ -45,9 +106,12 @@ pub trait Element: Copy + Send + Sync + 'static {
         self,
         elasticity: &IsotropicElasticity,
         stable_time_step: R,
-        motion: &HexMotion<R>,
+        motion: &ElementMotion<R, NODES>,
         step: &ElementStep,
-    ) -> Tangent<R>;
+    ) -> Tangent<R> {
+        let _ = (elasticity, stable_time_step, motion, step);
+        Tangent::none()
+    }
 
     /// Forces (K + 2C/Δt) u of the displacement u about the corners at `position`: of stiffness as if nothing yielded, of
     /// linear damping, and without the stiffness of stress itself; of operators that are not symmetric their symmetric part.
@@ -56,9 +120,12 @@ pub trait Element: Copy + Send + Sync + 'static {
         self,
         elasticity: &IsotropicElasticity,
         tangent: &Tangent<R>,
-        position: &CornerVectors<R>,
-        displacement: &CornerVectors<R>,
-    ) -> CornerVectors<R>;
+        position: &[Vector3<R>; NODES],
+        displacement: &[Vector3<R>; NODES],
+    ) -> [Vector3<R>; NODES] {
+        let _ = (elasticity, tangent, position, displacement);
+        [Vector3::zero(); NODES]
+    }
 }
 
 /// What the linear forces of an element depend on besides its elastic constants and its geometry.
@@ -92,15 +159,15 @@ impl<R: Real> Tangent<R> {
 
 /// By how much the material has stiffened the element: the square of what its stable time step would be over what it is.
 #[inline(always)]
-pub(crate) fn stiffening<E: Element, R: Real>(
+pub(crate) fn stiffening<E: Element<NODES>, R: Real, const NODES: usize>(
     element: E,
     elasticity: &IsotropicElasticity,
     stable_time_step: R,
-    motion: &HexMotion<R>,
+    motion: &ElementMotion<R, NODES>,
 ) -> R {
     let elastic = Elastic::new(*elasticity);
     let mut unstiffened = E::initial_history(&elastic, 0.0);
-    let at_rest = HexMotion { reference: motion.position, velocity: [Vector3::zero(); CORNERS], ..*motion };
+    let at_rest = ElementMotion { reference: motion.position, velocity: [Vector3::zero(); NODES], ..*motion };
     let no_step = ElementStep { bulk_viscosity: None, time_step: 0.0 };
     element.advance(&elastic, &mut unstiffened, None, &at_rest, &no_step);
     let ratio = unstiffened.stable_time_step() / stable_time_step;
@@ -113,7 +180,7 @@ pub trait ElementVisitor {
     type Output;
 
     /// Does the work for an element.
-    fn visit<E: Element>(self, element: E) -> Self::Output;
+    fn visit<const NODES: usize, E: Element<NODES>>(self, element: E) -> Self::Output;
 }
 
 /// The numbers of an element's history, in one fixed order.
@@ -126,6 +193,11 @@ pub trait ElementHistory<R: Real, S>: Copy + Send + Sync + 'static {
 
     /// Stable time step at t_n, s.
     fn stable_time_step(&self) -> R;
+
+    /// What the element shares with its neighbours; set before each step, so that it is no part of the numbers below.
+    fn neighbourhood(&mut self) -> Option<&mut Neighbourhood<R>> {
+        None
+    }
 
     /// Calls `visit` with every number.
     fn for_each(&self, visit: impl FnMut(R));

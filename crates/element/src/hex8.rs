@@ -22,7 +22,7 @@
 //! the forces, which makes their power the stress power: ∫ T : D̄ dv = ∫ (dev T : D + p̄ tr D) dv with p̄ v = ∫ p dv.
 
 use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
-use crate::element::{Element, ElementHistory, ElementStep, Tangent, stiffening};
+use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate, Tangent, stiffening};
 use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metrics};
 use arrayvec::ArrayVec;
 use estar_material::{IsotropicElasticity, Material, Motion, PointGradients, PointState, StepKinematics};
@@ -63,17 +63,10 @@ pub enum Formulation {
 }
 
 /// Where the corners are, how they move and what they weigh.
-#[derive(Clone, Copy, Debug)]
-pub struct HexMotion<R> {
-    /// X, m.
-    pub reference: CornerVectors<R>,
-    /// x_{n+1}, m.
-    pub position: CornerVectors<R>,
-    /// v_{n+½}, m/s.
-    pub velocity: CornerVectors<R>,
-    /// The smallest lumped mass of a corner, kg.
-    pub corner_mass: R,
-}
+pub type HexMotion<R> = ElementMotion<R, CORNERS>;
+
+/// What a step of a hex gives.
+pub type HexUpdate<R> = ElementUpdate<R, CORNERS>;
 
 /// History of an element's points.
 #[derive(Clone, Copy, Debug)]
@@ -133,8 +126,10 @@ impl<R: Real, S: PointState<R>> ElementHistory<R, S> for HexHistory<S, R> {
     }
 }
 
-impl Element for Formulation {
+impl Element<CORNERS> for Formulation {
+    const HAS_LINEAR_FORCES: bool = true;
     const POINTS: usize = POINTS;
+    const PARENT: [[f64; 3]; CORNERS] = CORNER_SIGNS;
     type History<R: Real, S: PointState<R>> = HexHistory<S, R>;
 
     fn initial_history<R: Real, M: Material>(material: &M, stable_time_step: f64) -> HexHistory<M::State<R>, R> {
@@ -144,6 +139,14 @@ impl Element for Formulation {
             stable_time_step: R::splat(stable_time_step),
             viscous_pressure: R::splat(0.0),
         }
+    }
+
+    fn lumped_mass(reference: &CornerVectors<f64>, density: f64) -> [f64; CORNERS] {
+        lumped_mass(reference, density)
+    }
+
+    fn smallest_jacobian(position: &CornerVectors<f64>) -> f64 {
+        least_jacobian(position)
     }
 
     #[inline(always)]
@@ -255,26 +258,6 @@ pub struct HexStep {
     pub bulk_viscosity: Option<BulkViscosity>,
     /// Δt from t_n to t_{n+1}, s.
     pub time_step: f64,
-}
-
-/// What a step gives.
-#[derive(Clone, Copy, Debug)]
-pub struct HexUpdate<R> {
-    /// Internal force on each corner, f_a = ∫ T ∇N_a dV, N.
-    pub internal_force: CornerVectors<R>,
-    /// Stress power of the step at the points, J.
-    pub internal_energy: R,
-    /// Its dissipated part, J.
-    pub plastic_dissipation: R,
-    /// Work of the step against bulk viscosity, J: on average a loss, in one step of either sign, since the pressure of
-    /// t_{n+1} comes from the velocity of the half step before.
-    pub viscous_energy: R,
-    /// Work of the step against hourglass control, J.
-    pub hourglass_energy: R,
-    /// Smallest det F of the points and the centre.
-    pub min_jacobian: R,
-    /// Stable time step on the new geometry, s.
-    pub stable_time_step: R,
 }
 
 /// Derivatives of a vector field by ξ, η and ζ: `along[0][j + 2 k]`, `along[1][i + 2 k]`, `along[2][i + 2 j]`.
@@ -682,6 +665,12 @@ pub fn central_jacobian<R: Real>(position: &CornerVectors<R>) -> R {
 pub fn smallest_jacobian<R: Real>(position: &CornerVectors<R>) -> R {
     let gradients = ParentGradients::new(&eightfold_modes(position));
     (0..POINTS).fold(R::splat(f64::INFINITY), |smallest, point| smallest.min(gradients.at(point).determinant()))
+}
+
+/// The smaller of that and of the one at the centre; not a number where the latter is.
+pub(crate) fn least_jacobian(position: &CornerVectors<f64>) -> f64 {
+    let (smallest, central) = (smallest_jacobian(position), central_jacobian(position));
+    if central < smallest { central } else { smallest }
 }
 
 /// N_a at a Gauss point.

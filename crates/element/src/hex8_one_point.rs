@@ -1,7 +1,7 @@
 //! The eight-node hex with one point, `hex8-one-point`: the mean gradient of the element (Flanagan & Belytschko 1981), which sees
 //! every uniform motion exactly, and hourglass control of the four motions of each direction that it does not see.
 //!
-//! In the modes c_m of a field (see [`hex8`](crate::hex8)) the mean gradient is L̄ = (8/V) Σ_m v_m ⊗ g_m with
+//! In the modes c_m of a field (see [`hex8`]) the mean gradient is L̄ = (8/V) Σ_m v_m ⊗ g_m with
 //!
 //! ```text
 //! g_ξ  = c_η × c_ζ + ⅓ c_ξη × c_ζξ,   g_ξη = ⅓ (c_η × c_ηζ + c_ζξ × c_ξ),   and so on round ξ → η → ζ → ξ
@@ -14,7 +14,9 @@
 
 use crate::bulk_viscosity::{ViscousState, damped_step_factor};
 use crate::element::{Element, ElementHistory, ElementStep, Tangent, stiffening};
-use crate::hex8::{CornerVectors, HexMotion, HexUpdate, Modes, corner_values, eightfold_modes};
+use crate::hex8::{
+    self, CORNER_SIGNS, CORNERS, CornerVectors, HexMotion, HexUpdate, Modes, corner_values, eightfold_modes,
+};
 use crate::stable_time_step::{ElasticBounds, Metrics};
 use estar_material::{IsotropicElasticity, Material, Motion, PointState, StepKinematics};
 use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, prefetch};
@@ -238,8 +240,10 @@ impl AssumedStrain {
     }
 }
 
-impl Element for HourglassControl {
+impl Element<CORNERS> for HourglassControl {
+    const HAS_LINEAR_FORCES: bool = true;
     const POINTS: usize = 1;
+    const PARENT: [[f64; 3]; CORNERS] = CORNER_SIGNS;
     type History<R: Real, S: PointState<R>> = OnePointHistory<S, R>;
 
     fn initial_history<R: Real, M: Material>(material: &M, stable_time_step: f64) -> Self::History<R, M::State<R>> {
@@ -250,6 +254,14 @@ impl Element for HourglassControl {
             stable_time_step: R::splat(stable_time_step),
             viscous_pressure: R::splat(0.0),
         }
+    }
+
+    fn lumped_mass(reference: &CornerVectors<f64>, density: f64) -> [f64; CORNERS] {
+        hex8::lumped_mass(reference, density)
+    }
+
+    fn smallest_jacobian(position: &CornerVectors<f64>) -> f64 {
+        hex8::least_jacobian(position)
     }
 
     #[inline(always)]

@@ -5,3 +5,6 @@ pub mod element;
 pub mod hex8;
 pub mod hex8_one_point;
 pub mod stable_time_step;
+pub mod tet10;
+pub mod tet4;
+mod tet_parent;

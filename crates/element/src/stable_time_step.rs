@@ -14,6 +14,15 @@
 //!    ω² ≤ 2μ g/m + λ⁺ V |b̄|²/m + k V |b̄| |b₀ − b̄|/m.
 //! 4. `hex8-b-bar`: K = K_dev + k V b̄ b̄ᵀ, the same without the last term.
 //!
+//! 5. `tet10`: as 4. On the regular parent tet in the cube ∓1, whose volume is 8/3 and whose four points weigh w = ⅔,
+//!    Σ_q w |∂u/∂r|² ≤ κ Σ_a φ_a |u_a|² where node a has the share φ_a of the mass M; κ is the largest eigenvalue of a matrix
+//!    of 10 × 10 numbers. What a point keeps of its own volume change, α (θ − θ̄), adds k α² Σ_q j (θ − θ̄)² to the energy, of
+//!    which K_dev takes ⅔ μ away. So ω² ≤ (2μ g + (k α² − ⅔ μ)⁺ h) κ/M + λ⁺ Σ_a |V b̄_a|²/(φ_a V M).
+//! 6. `tet4`: one point, on the same parent Σ_a ∇N_a ∇N_aᵀ = ¼ J⁻ᵀJ⁻¹ and V = 8/3 j, so that ω² ≤ ⅔ (2μ g + λ⁺ h)/m. The mean
+//!    over neighbours S of the volume change is self-adjoint in the sum over volumes and takes 1 to 1 with no negative share,
+//!    so that its norm is 1 and Σ_e V k (S θ)² ≤ Σ_e V k θ².
+//! 7. Wedges and pyramids are hexes some of whose corners move alike: the same quotients over fewer motions.
+//!
 //! For bricks all are the same; they are equalities for a cube with λ ≥ 0 and for any brick with λ = 0, and at
 //! ν = 0.3 no brick loses more than 4 % of its exact step. What distorted hexes lose stands in
 //! `tests/stable_time_step.rs`. The stiffness of stress itself is left out: it changes ω² by the order of stress over
@@ -36,6 +45,26 @@ pub struct ElementGeometry<R> {
     pub mean_divergence_squared: R,
     /// |V b₀ − V b̄|², m⁴.
     pub divergence_difference_squared: R,
+}
+
+/// What the bound needs of the current geometry of a `tet10`.
+#[derive(Clone, Copy, Debug)]
+pub struct TetGeometry<R> {
+    /// g and h.
+    pub metric: Metric<R>,
+    /// V, m³.
+    pub volume: R,
+    /// Σ_a |V b̄_a|²/φ_a, m⁴.
+    pub divergence: R,
+}
+
+/// What the bound needs to know of the parent of a `tet10`.
+#[derive(Clone, Copy, Debug)]
+pub struct TetParent {
+    /// κ.
+    pub bound: f64,
+    /// α.
+    pub own_share: f64,
 }
 
 /// Greatest sizes of the metrics G = j J⁻¹J⁻ᵀ of several points.
@@ -151,6 +180,23 @@ impl ElasticBounds {
         let volumetric = geometry.mean_divergence_squared * self.positive_lambda() + mixed;
         let deviatoric = geometry.metric.largest * geometry.volume * (2.0 * self.shear_modulus);
         (corner_mass * geometry.volume / (deviatoric + volumetric)).sqrt() * 2.0
+    }
+
+    /// Lower bound of the stable time step of `tet10` (s) of mass `mass`.
+    #[inline(always)]
+    pub fn stable_time_step_tet10<R: Real>(&self, geometry: &TetGeometry<R>, parent: &TetParent, mass: R) -> R {
+        let own = (parent.own_share * parent.own_share * self.bulk_modulus - 2.0 * self.shear_modulus / 3.0).max(0.0);
+        let of_points =
+            geometry.metric.trace.mul_add(R::splat(own), geometry.metric.largest * (2.0 * self.shear_modulus));
+        let deviatoric = of_points * geometry.volume * parent.bound;
+        let volumetric = geometry.divergence * self.positive_lambda();
+        (mass * geometry.volume / (deviatoric + volumetric)).sqrt() * 2.0
+    }
+
+    /// Lower bound of the stable time step of `tet4` (s) with the mass `corner_mass` of each corner.
+    #[inline(always)]
+    pub fn stable_time_step_tet4<R: Real>(&self, metric: &Metric<R>, corner_mass: R) -> R {
+        (corner_mass * 1.5 / self.stiffness(metric)).sqrt() * 2.0
     }
 
     /// λ⁺.

@@ -43,10 +43,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let waves = |count: usize| (0..count).map(|k| (k as f64 * 1e-3).sin()).collect::<Vec<f64>>();
     let (velocity, stress, strain) =
-        (waves(3 * mesh.node_count()), waves(6 * mesh.hex_count()), waves(mesh.hex_count()));
-    let labels: Vec<i64> = mesh.hex_labels().iter().map(|label| label.0 as i64).collect();
+        (waves(3 * mesh.node_count()), waves(6 * mesh.element_count()), waves(mesh.element_count()));
+    let labels: Vec<i64> = mesh.element_labels().iter().map(|label| label.0 as i64).collect();
     let unchanging = [Field { name: "label", components: 1, data: FieldData::I64(&labels) }];
-    let grid = timed("compress the grid", || Grid::new(mesh.node_count(), mesh.hexes(), &[], &unchanging))?;
+    let grid = timed("compress the grid", || Grid::new(mesh.node_count(), mesh.elements(), &[], &unchanging))?;
     let mut writer = ResultWriter::create(&folder)?;
     for time in [0.0, 1.0] {
         let frame = Frame {

@@ -2,26 +2,39 @@
 
 use std::collections::HashMap;
 
-use estar_mesh::{ElementLabel, Group, Mesh, NodeLabel};
+use estar_mesh::{ElementLabel, ElementNodes, Elements, Group, Mesh, NodeLabel, Shape};
 
 use crate::MeshFile;
 use crate::error::Problem;
 
-/// Nodes and hexes on their way to a mesh.
+/// Nodes and elements on their way to a mesh.
 #[derive(Debug, Default)]
 pub(crate) struct Assembly {
     pub coordinates: Vec<[f64; 3]>,
     pub node_labels: Vec<NodeLabel>,
-    pub hexes: Vec<[u32; 8]>,
-    pub hex_labels: Vec<ElementLabel>,
+    pub elements: Elements,
+    pub element_labels: Vec<ElementLabel>,
     pub groups: Vec<Group>,
     pub warnings: Vec<String>,
 }
 
 impl Assembly {
+    /// Adds an element, a collapsed hex as the wedge, the pyramid or the tet that it is, and returns its index.
+    pub fn add(&mut self, label: u64, shape: Shape, nodes: &[u32]) -> u32 {
+        match (shape, <&[u32; 8]>::try_from(nodes)) {
+            (Shape::Hex8, Ok(corners)) => {
+                let (shape, nodes) = Shape::of_hex(corners);
+                self.elements.push(shape, &nodes);
+            }
+            _ => self.elements.push(shape, nodes),
+        }
+        self.element_labels.push(ElementLabel(label));
+        self.elements.len() as u32 - 1
+    }
+
     /// The finished mesh.
     pub fn finish(self, format: String) -> Result<MeshFile, Problem> {
-        let mesh = Mesh::new(self.coordinates, self.node_labels, self.hexes, self.hex_labels, self.groups)?;
+        let mesh = Mesh::new(self.coordinates, self.node_labels, self.elements, self.element_labels, self.groups)?;
         Ok(MeshFile { mesh, format, warnings: self.warnings })
     }
 }
@@ -63,13 +76,10 @@ impl NodeIndex {
         }
     }
 
-    /// The corners of an element by their indices.
-    pub fn corners<const COUNT: usize>(&self, element: u64, labels: &[u64]) -> Result<[u32; COUNT], Problem> {
-        let mut corners = [0; COUNT];
-        for (corner, &node) in corners.iter_mut().zip(labels) {
-            *corner = self.get(node).ok_or(Problem::MissingNode { element, node })?;
-        }
-        Ok(corners)
+    /// The nodes of an element by their indices.
+    pub fn nodes(&self, element: u64, labels: &[u64]) -> Result<ElementNodes, Problem> {
+        let index = |&node: &u64| self.get(node).ok_or(Problem::MissingNode { element, node });
+        labels.iter().map(index).collect()
     }
 }
 

@@ -8,6 +8,7 @@ use std::collections::HashSet;
 use std::fmt;
 use std::io::{self, Write};
 
+use estar_mesh::{Elements, Shape};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
@@ -31,7 +32,7 @@ pub struct Frame<'a> {
     pub points: FieldData<'a>,
     /// Fields with a value at every node.
     pub node_fields: Vec<Field<'a>>,
-    /// Fields with a value in every hex.
+    /// Fields with a value in every element.
     pub cell_fields: Vec<Field<'a>>,
 }
 
@@ -40,10 +41,10 @@ pub struct Frame<'a> {
 pub struct Field<'a> {
     /// What ParaView calls it.
     pub name: &'a str,
-    /// Numbers per node or hex: 1 for a scalar, 3 for a vector, 6 for a symmetric tensor in VTK's order
+    /// Numbers per node or element: 1 for a scalar, 3 for a vector, 6 for a symmetric tensor in VTK's order
     /// XX, YY, ZZ, XY, YZ, XZ, 9 for a tensor by rows.
     pub components: usize,
-    /// All components of the first node or hex, then of the second, and so on.
+    /// All components of the first node or element, then of the second, and so on.
     pub data: FieldData<'a>,
 }
 
@@ -82,9 +83,9 @@ pub enum FrameError {
         found: usize,
         /// How many it should have.
         expected: usize,
-        /// Numbers per node or hex.
+        /// Numbers per node or element.
         components: usize,
-        /// Nodes or hexes.
+        /// Nodes or elements.
         count: usize,
     },
     /// Two fields of the same kind and name.
@@ -95,11 +96,11 @@ pub enum FrameError {
     },
 }
 
-/// What is the same in every frame of a series: the hexes and the fields that never change, compressed once.
+/// What is the same in every frame of a series: the elements and the fields that never change, compressed once.
 #[derive(Debug)]
 pub struct Grid {
     node_count: usize,
-    hex_count: usize,
+    element_count: usize,
     topology: [CompressedField; 3],
     node_fields: Vec<CompressedField>,
     cell_fields: Vec<CompressedField>,
@@ -115,32 +116,33 @@ struct CompressedField {
 }
 
 impl Grid {
-    /// The hexes by their corner nodes, of which there are `node_count`, and the fields that never change.
+    /// The elements by their nodes, of which there are `node_count`, and the fields that never change.
     ///
     /// # Errors
     /// A field that does not fit.
     pub fn new(
         node_count: usize,
-        hexes: &[[u32; 8]],
+        elements: &Elements,
         node_fields: &[Field],
         cell_fields: &[Field],
     ) -> Result<Self, WriteError> {
-        const HEXAHEDRON: u8 = 12;
         check(&[], node_fields, node_count)?;
-        check(&[], cell_fields, hexes.len())?;
-        let (vtk_type, connectivity, offsets) = if node_count.max(8 * hexes.len()) <= i32::MAX as usize {
-            let corners = compressed(8 * hexes.len(), |k| hexes[k / 8][k % 8].to_le_bytes())?;
-            ("Int32", corners, compressed(hexes.len(), |k| (8 * (k as u32 + 1)).to_le_bytes())?)
+        check(&[], cell_fields, elements.len())?;
+        let nodes = elements.all_nodes();
+        let end = |element: usize| elements.start(element) + elements.shape(element).node_count();
+        let (vtk_type, connectivity, offsets) = if node_count.max(nodes.len()) <= i32::MAX as usize {
+            let connectivity = compressed(nodes.len(), |k| nodes[k].to_le_bytes())?;
+            ("Int32", connectivity, compressed(elements.len(), |k| (end(k) as u32).to_le_bytes())?)
         } else {
-            let corners = compressed(8 * hexes.len(), |k| u64::from(hexes[k / 8][k % 8]).to_le_bytes())?;
-            ("Int64", corners, compressed(hexes.len(), |k| (8 * (k as u64 + 1)).to_le_bytes())?)
+            let connectivity = compressed(nodes.len(), |k| u64::from(nodes[k]).to_le_bytes())?;
+            ("Int64", connectivity, compressed(elements.len(), |k| (end(k) as u64).to_le_bytes())?)
         };
-        let types = compressed(hexes.len(), |_| [HEXAHEDRON])?;
+        let types = compressed(elements.len(), |k| [vtk_cell(elements.shape(k))])?;
         let arrays =
             [(vtk_type, "connectivity", connectivity), (vtk_type, "offsets", offsets), ("UInt8", "types", types)];
         Ok(Self {
             node_count,
-            hex_count: hexes.len(),
+            element_count: elements.len(),
             topology: arrays.map(|(vtk_type, name, bytes)| CompressedField {
                 vtk_type,
                 name: name.to_owned(),
@@ -153,11 +155,22 @@ impl Grid {
     }
 }
 
+/// The number of a shape among VTK's types of cells.
+fn vtk_cell(shape: Shape) -> u8 {
+    match shape {
+        Shape::Hex8 => 12,
+        Shape::Wedge6 => 13,
+        Shape::Pyramid5 => 14,
+        Shape::Tet4 => 10,
+        Shape::Tet10 => 24,
+    }
+}
+
 /// Writes a frame.
 pub(crate) fn write_vtu(out: &mut impl Write, frame: &Frame) -> Result<(), WriteError> {
     let grid = frame.grid;
     check(&grid.node_fields, &frame.node_fields, grid.node_count)?;
-    check(&grid.cell_fields, &frame.cell_fields, grid.hex_count)?;
+    check(&grid.cell_fields, &frame.cell_fields, grid.element_count)?;
     let points = Field { name: "Points", components: 3, data: frame.points };
     check(&[], &[points], grid.node_count)?;
 
@@ -177,7 +190,7 @@ pub(crate) fn write_vtu(out: &mut impl Write, frame: &Frame) -> Result<(), Write
     file.open("FieldData");
     file.array(&time);
     file.close("FieldData");
-    let (point_count, cell_count) = (grid.node_count, grid.hex_count);
+    let (point_count, cell_count) = (grid.node_count, grid.element_count);
     file.open(&format!("Piece NumberOfPoints=\"{point_count}\" NumberOfCells=\"{cell_count}\""));
     for (section, fields, unchanging) in
         [("PointData", &node_fields, &grid.node_fields), ("CellData", &cell_fields, &grid.cell_fields)]

@@ -57,20 +57,21 @@ fn a_mesh_comes_back_bit_for_bit_as_text_and_as_bytes() {
 fn overlapping_volumes_loose_hexes_and_huge_numbers_come_back() {
     let mesh = box_mesh(&BoxSpec::new([4.0, 1.0, 1.0], [4, 1, 1]).unwrap());
     let node_labels = (0..mesh.node_count() as u64).map(|k| NodeLabel(u64::MAX - k * k)).collect();
-    let hex_labels = [7, 1 << 60, 3, 1 << 40].map(ElementLabel).to_vec();
+    let element_labels = [7, 1 << 60, 3, 1 << 40].map(ElementLabel).to_vec();
     let groups = vec![
         Group::volume("left", vec![0, 1]),
         Group::volume("middle", vec![1, 2]),
         Group::curve("one node", vec![3]),
         Group::point("points", vec![9, 2]),
     ];
-    let mesh = Mesh::new(mesh.coordinates().to_vec(), node_labels, mesh.hexes().to_vec(), hex_labels, groups).unwrap();
+    let mesh =
+        Mesh::new(mesh.coordinates().to_vec(), node_labels, mesh.elements().clone(), element_labels, groups).unwrap();
     for binary in [false, true] {
         let read = read_mesh_bytes(&written(&mesh, binary), "a.msh").unwrap().mesh;
         // Hexes come back entity by entity: compare by number.
         let mut order: Vec<u32> = (0..4).collect();
-        order.sort_by_key(|&hex| mesh.hex_labels().iter().position(|l| *l == read.hex_labels()[hex as usize]));
-        let renumbering = estar_mesh::Renumbering { old_nodes: (0..20).collect(), old_hexes: order };
+        order.sort_by_key(|&hex| mesh.element_labels().iter().position(|l| *l == read.element_labels()[hex as usize]));
+        let renumbering = estar_mesh::Renumbering { old_nodes: (0..20).collect(), old_elements: order };
         assert_eq!(read.renumbered(&renumbering), mesh);
     }
 }
@@ -79,7 +80,7 @@ fn overlapping_volumes_loose_hexes_and_huge_numbers_come_back() {
 fn a_name_that_a_file_cannot_hold_is_refused() {
     let mesh = box_mesh(&BoxSpec::new([1.0; 3], [1; 3]).unwrap());
     let groups = vec![Group::volume("a \"b\"", vec![0])];
-    let (x, n, h, e) = (mesh.coordinates(), mesh.node_labels(), mesh.hexes(), mesh.hex_labels());
-    let mesh = Mesh::new(x.to_vec(), n.to_vec(), h.to_vec(), e.to_vec(), groups).unwrap();
+    let (x, n, h, e) = (mesh.coordinates(), mesh.node_labels(), mesh.elements(), mesh.element_labels());
+    let mesh = Mesh::new(x.to_vec(), n.to_vec(), h.clone(), e.to_vec(), groups).unwrap();
     assert!(write_gmsh(&mut Vec::new(), &mesh, true).is_err());
 }

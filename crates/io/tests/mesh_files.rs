@@ -4,7 +4,7 @@ mod common;
 
 use common::{abaqus, gmsh22, gmsh41, sample};
 use estar_io::{Place, Problem, ReadError, read_mesh, read_mesh_bytes};
-use estar_mesh::{ElementLabel, GroupKind, Mesh, MeshError, NodeLabel};
+use estar_mesh::{ElementLabel, Face, GroupKind, Mesh, MeshError, NodeLabel};
 
 fn read(bytes: &[u8]) -> Mesh {
     read_mesh_bytes(bytes, "a.msh").unwrap().mesh
@@ -47,14 +47,14 @@ fn every_format_gives_the_same_mesh() {
     assert_eq!(read(&gmsh22(&mesh, true)), mesh);
     // Abaqus knows no curves: the edge is a set of nodes.
     let file = read_mesh_bytes(&abaqus(&mesh), "a.inp").unwrap();
-    assert_eq!(file.mesh.hexes(), mesh.hexes());
+    assert_eq!(file.mesh.elements(), mesh.elements());
     assert_eq!(file.mesh.coordinates(), mesh.coordinates());
-    assert_eq!(file.mesh.hex_labels(), mesh.hex_labels());
+    assert_eq!(file.mesh.element_labels(), mesh.element_labels());
     assert_eq!(file.mesh.group("edge").unwrap().nodes, mesh.group("edge").unwrap().nodes);
     assert_eq!(file.mesh.group("box"), mesh.group("box"));
     let outward = |mesh: &Mesh| {
         let mut faces = mesh.outward_faces(mesh.group("z_max").unwrap()).unwrap();
-        faces.sort_unstable();
+        faces.sort_unstable_by_key(Face::key);
         faces
     };
     assert_eq!(outward(&file.mesh), outward(&mesh));
@@ -116,7 +116,7 @@ fn numbers_used_twice_are_named() {
     let twice = changed_in(&twice, "6 7 8\n", "6 7 7\n");
     assert!(matches!(problem(&twice), Problem::Mesh(MeshError::DuplicateNodeLabel { node: NodeLabel(7) })));
     let twice = changed("13 ", "12 ");
-    assert!(matches!(problem(&twice), Problem::Mesh(MeshError::DuplicateHexLabel { element: ElementLabel(12) })));
+    assert!(matches!(problem(&twice), Problem::Mesh(MeshError::DuplicateElementLabel { element: ElementLabel(12) })));
 }
 
 #[test]
@@ -178,17 +178,21 @@ fn a_hex_in_no_group_is_legal() {
 
 #[test]
 fn elements_of_other_kinds_are_counted_and_named() {
-    let bytes =
-        changed_in(ONE_HEX.as_bytes(), "1 1 1 1\n3 1 5 1\n", "2 3 1 3\n3 1 4 2\n21 1 2 3 4\n22 2 3 4 5\n3 1 5 1\n");
+    let bytes = changed_in(
+        ONE_HEX.as_bytes(),
+        "1 1 1 1\n3 1 5 1\n",
+        &format!("2 3 1 3\n3 1 17 2\n21 {0}\n22 {0}\n3 1 5 1\n", "1 ".repeat(20)),
+    );
     let message = error(&bytes);
-    assert!(message.contains("2 4-node tetrahedra (the first is element 21): mesh the volume with"), "{message}");
+    assert!(message.contains("2 20-node hexahedra (the first is element 21): set Mesh.ElementOrder = 1"), "{message}");
     let bytes = changed_in(ONE_HEX.as_bytes(), "3 1 5 1\n1 1", "3 1 92 1\n1 1");
     assert!(matches!(problem(&bytes), Problem::UnknownElementType { element: 1, code: 92 }));
-    let bytes = changed_in(&gmsh22(&sample(), false), "14 5 2 1 7", "14 4 2 1 7 40 40 40 40\n14 5 2 1 7");
+    let bytes =
+        changed_in(&gmsh22(&sample(), false), "14 5 2 1 7", &format!("14 17 2 1 7 {}\n14 5 2 1 7", "40 ".repeat(20)));
     let bytes = changed_in(&bytes, "$Elements\n11", "$Elements\n12");
-    assert!(error(&bytes).contains("1 4-node tetrahedra (the first is element 14)"), "{}", error(&bytes));
-    let bytes = changed_in(&abaqus(&sample()), "C3D8R", "C3D10");
-    assert!(error(&bytes).contains("4 elements of type C3D10 (the first is element 14)"), "{}", error(&bytes));
+    assert!(error(&bytes).contains("1 20-node hexahedra (the first is element 14)"), "{}", error(&bytes));
+    let bytes = changed_in(&abaqus(&sample()), "C3D8R", "C3D20");
+    assert!(error(&bytes).contains("4 elements of type C3D20 (the first is element 14)"), "{}", error(&bytes));
 }
 
 #[test]
@@ -244,7 +248,7 @@ fn missing_and_repeated_sections_are_named() {
     let twice = ONE_HEX.replace("$Elements", "$Nodes\n1 1 1 1\n0 1 0 1\n9\n0 0 0\n$EndNodes\n$Elements");
     assert!(matches!(problem(twice.as_bytes()), Problem::SecondSection { section: "Nodes" }));
     let unknown = ONE_HEX.replace("$Nodes\n", "$Comments\n$ anything\n$EndComments\n$Nodes\n");
-    assert_eq!(read(unknown.as_bytes()).hex_count(), 1);
+    assert_eq!(read(unknown.as_bytes()).element_count(), 1);
 }
 
 #[test]
@@ -282,7 +286,7 @@ fn a_hex_in_two_groups_of_a_2_2_file_is_one_hex() {
     let again = hex.replacen("14 5 2 1 7", "99 5 2 9 7", 1);
     let text = text.replacen(hex, &format!("{hex}\n{again}"), 1).replacen("$Elements\n11", "$Elements\n12", 1);
     let read = read(text.as_bytes());
-    assert_eq!((read.hex_count(), &read.group("volume_9").unwrap().hexes[..]), (4, &[0][..]));
+    assert_eq!((read.element_count(), &read.group("volume_9").unwrap().elements[..]), (4, &[0][..]));
 }
 
 #[test]
@@ -291,7 +295,7 @@ fn abaqus_sets_may_name_sets_share_names_and_come_from_elements() {
                 *NSET, NSET=BOX, GENERATE\n6, 40, 2\n*NSET, NSET=z_max\n40\n";
     let file = read_mesh_bytes(&[&abaqus(&sample())[..], more.as_bytes()].concat(), "a.inp").unwrap();
     let group = |name: &str| file.mesh.group(name).unwrap();
-    assert_eq!(group("both").hexes, [0, 1, 2, 3]);
+    assert_eq!(group("both").elements, [0, 1, 2, 3]);
     assert_eq!(group("Part-1-1.qualified").nodes, [0]);
     assert_eq!((group("foot").kind, group("foot").nodes.len()), (GroupKind::Point, 18));
     assert!(file.mesh.group("BOX").is_none(), "the nodes of the set \"box\" under its own name");
@@ -303,8 +307,8 @@ fn abaqus_sets_may_name_sets_share_names_and_come_from_elements() {
 fn abaqus_names_in_quotes_are_the_same_in_keywords_and_in_data() {
     let more = "*ELSET, ELSET=\"my set\"\n11, 12\n*ELSET, ELSET=all\n\"my set\", 13\n";
     let file = read_mesh_bytes(&[&abaqus(&sample())[..], more.as_bytes()].concat(), "a.inp").unwrap();
-    assert_eq!(file.mesh.group("my set").unwrap().hexes.len(), 2);
-    assert_eq!(file.mesh.group("all").unwrap().hexes.len(), 3);
+    assert_eq!(file.mesh.group("my set").unwrap().elements.len(), 2);
+    assert_eq!(file.mesh.group("all").unwrap().elements.len(), 3);
 }
 
 #[test]

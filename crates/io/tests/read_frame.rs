@@ -4,17 +4,21 @@ mod common;
 
 use common::Folder;
 use estar_io::{Field, FieldData, Frame, FrameContent, Grid, ResultWriter, read_frame, read_frame_bytes};
+use estar_mesh::{Elements, Shape};
 use std::fs;
 
 /// Two cubes side by side, with a field of each kind, as the bytes of a frame.
 fn frame(name: &str) -> Vec<u8> {
     let points: Vec<f64> = (0..12).flat_map(|node| [node % 3, node / 3 % 2, node / 6].map(f64::from)).collect();
-    let hexes: Vec<[u32; 8]> = (0..2).map(|first| [0, 1, 4, 3, 6, 7, 10, 9].map(|node| node + first)).collect();
+    let mut elements = Elements::with_capacity(Shape::Hex8, 2);
+    for first in 0..2 {
+        elements.push(Shape::Hex8, &[0, 1, 4, 3, 6, 7, 10, 9].map(|node| node + first));
+    }
     let label: Vec<i64> = (101..113).collect();
     let part = [1, 2];
     let grid = Grid::new(
         12,
-        &hexes,
+        &elements,
         &[Field { name: "node_id", components: 1, data: FieldData::I64(&label) }],
         &[Field { name: "part", components: 1, data: FieldData::I32(&part) }],
     )

@@ -18,7 +18,7 @@ fn mesh() -> Mesh {
 }
 
 fn grid(mesh: &Mesh, cell_fields: &[Field]) -> Grid {
-    Grid::new(mesh.node_count(), mesh.hexes(), &[], cell_fields).unwrap()
+    Grid::new(mesh.node_count(), mesh.elements(), &[], cell_fields).unwrap()
 }
 
 fn frame<'a>(
@@ -69,12 +69,12 @@ fn fields_come_back_bit_for_bit() {
     let mesh = mesh();
     let folder = Folder::new("bits");
     let velocity: Vec<f64> = (0..3 * mesh.node_count()).map(|k| (k as f64).sin() * 1e-200).collect();
-    let stress: Vec<f64> = (0..6 * mesh.hex_count()).map(|k| (k as f64).sqrt() * 1e200).collect();
-    let part: Vec<i32> = (0..mesh.hex_count() as i32).map(|k| -k).collect();
-    let label: Vec<i64> = (0..mesh.hex_count() as i64).collect();
-    let small: Vec<f32> = (0..mesh.hex_count()).map(|k| k as f32 / 3.0).collect();
+    let stress: Vec<f64> = (0..6 * mesh.element_count()).map(|k| (k as f64).sqrt() * 1e200).collect();
+    let part: Vec<i32> = (0..mesh.element_count() as i32).map(|k| -k).collect();
+    let label: Vec<i64> = (0..mesh.element_count() as i64).collect();
+    let small: Vec<f32> = (0..mesh.element_count()).map(|k| k as f32 / 3.0).collect();
     let first_component = |hex: usize| stress[6 * hex];
-    let computed = FieldData::Computed { count: mesh.hex_count(), number: &first_component };
+    let computed = FieldData::Computed { count: mesh.element_count(), number: &first_component };
     let node_fields = vec![Field { name: "velocity", components: 3, data: FieldData::F64(&velocity) }];
     let cell_fields = vec![
         Field { name: "cauchy_stress", components: 6, data: FieldData::F64(&stress) },
@@ -106,7 +106,11 @@ fn fields_come_back_bit_for_bit() {
     expect("CellData/part", "Int32", ints(&part));
     expect("CellData/label", "Int64", label.iter().flat_map(|value| value.to_le_bytes()).collect());
     expect("CellData/J &lt; 1 &amp; more", "Float32", small.iter().flat_map(|value| value.to_le_bytes()).collect());
-    expect("Cells/connectivity", "Int32", mesh.hexes().concat().iter().flat_map(|node| node.to_le_bytes()).collect());
+    expect(
+        "Cells/connectivity",
+        "Int32",
+        mesh.elements().all_nodes().iter().flat_map(|node| node.to_le_bytes()).collect(),
+    );
     expect("Cells/offsets", "Int32", ints(&(1..=4096).map(|hex| 8 * hex).collect::<Vec<_>>()));
     expect("Cells/types", "UInt8", vec![12; 4096]);
 }
@@ -143,14 +147,14 @@ fn the_same_frame_gives_the_same_bytes() {
 #[test]
 fn a_field_of_the_wrong_length_or_name_is_refused_and_writes_nothing() {
     let mesh = mesh();
-    let parts = vec![1; mesh.hex_count()];
+    let parts = vec![1; mesh.element_count()];
     let grid = grid(&mesh, &[Field { name: "part", components: 1, data: FieldData::I32(&parts) }]);
     let folder = Folder::new("refused");
     let mut writer = ResultWriter::create(&folder.0).unwrap();
     let one = |name| Field { name, components: 1, data: FieldData::F64(&[1.0]) };
     let error = writer.write_frame(&frame((&mesh, &grid), 0.0, vec![], vec![one("p")])).unwrap_err();
     assert_eq!(error.to_string(), "field \"p\": 1 numbers, but 4096 expected (1 for each of 4096)");
-    let pressure = vec![0.0; mesh.hex_count()];
+    let pressure = vec![0.0; mesh.element_count()];
     let field = Field { name: "p", components: 1, data: FieldData::F64(&pressure) };
     let error = writer.write_frame(&frame((&mesh, &grid), 0.0, vec![], vec![field, field])).unwrap_err();
     assert!(matches!(error, WriteError::Frame(FrameError::DuplicateField { .. })));

@@ -33,7 +33,7 @@ fn volume_error(mesh: &Mesh, exact: f64) -> f64 {
 fn taylor_is_a_quarter_of_the_cylinder() {
     use GroupKind::{Curve, Surface, Volume};
     let mesh = mesh("taylor/taylor.msh");
-    assert_eq!((mesh.hex_count(), mesh.node_count()), (3510, 4400));
+    assert_eq!((mesh.element_count(), mesh.node_count()), (3510, 4400));
     let surfaces = ["symmetry_x", "symmetry_y", "foot", "top", "side"].map(|name| (Surface, name));
     assert_eq!(group_names(&mesh), [&[(Volume, "bar")][..], &surfaces, &[(Curve, "axis")]].concat());
     // 10 edges on the quarter circle: sin(π/20)/(π/20).
@@ -45,7 +45,7 @@ fn taylor_is_a_quarter_of_the_cylinder() {
 #[test]
 fn necking_is_an_eighth_of_the_tapered_bar() {
     let mesh = mesh("necking/necking.msh");
-    assert_eq!((mesh.hex_count(), mesh.node_count()), (405, 592));
+    assert_eq!((mesh.element_count(), mesh.node_count()), (405, 592));
     let neck = mesh.coordinates()[mesh.group("neck").unwrap().nodes[0] as usize];
     assert!((neck[0] - 0.982 * 6.413).abs() < 1e-12 && neck[1] == 0.0 && neck[2] == 0.0);
     for name in ["symmetry_x", "symmetry_y", "symmetry_z", "grip", "side", "axis", "bar"] {
@@ -60,7 +60,7 @@ fn necking_is_an_eighth_of_the_tapered_bar() {
 #[test]
 fn cook_is_one_element_thick() {
     let mesh = mesh("cook/cook.msh");
-    assert_eq!((mesh.hex_count(), mesh.node_count()), (64, 162));
+    assert_eq!((mesh.element_count(), mesh.node_count()), (64, 162));
     assert!(volume_error(&mesh, 48.0 * (44.0 + 16.0) / 2.0).abs() < 1e-12);
     assert_eq!(mesh.coordinates()[mesh.group("tip").unwrap().nodes[0] as usize], [48.0, 60.0, 0.0]);
     for (name, face_count) in [("clamped", 8), ("loaded", 8), ("back", 64), ("front", 64)] {

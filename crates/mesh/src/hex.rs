@@ -10,9 +10,6 @@
 //!      0--------1
 //! ```
 
-/// The corners of each face, such that the right-hand normal points out of the hex.
-pub const FACES: [[usize; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
-
 /// The three neighbours of each corner along ξ, η, ζ, ordered so that a positive hex has positive corner Jacobians.
 pub const CORNER_NEIGHBOURS: [[usize; 3]; 8] =
     [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]];
@@ -29,35 +26,9 @@ pub const CORNER_SIGNS: [[f64; 3]; 8] = [
     [-1.0, 1.0, 1.0],
 ];
 
-/// The six faces of a hex, each with its normal outwards.
-pub fn faces(corners: &[u32; 8]) -> [[u32; 4]; 6] {
-    FACES.map(|face| face.map(|corner| corners[corner]))
-}
-
-/// What identifies a face whatever its orientation and first corner: its nodes in ascending order.
-pub fn face_key(face: &[u32; 4]) -> [u32; 4] {
-    let mut key = *face;
-    key.sort_unstable();
-    key
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_edge_belongs_to_two_faces_that_run_it_in_opposite_directions() {
-        let mut directed = Vec::new();
-        for face in FACES {
-            for corner in 0..4 {
-                directed.push((face[corner], face[(corner + 1) % 4]));
-            }
-        }
-        assert_eq!(directed.len(), 24);
-        for (from, to) in &directed {
-            assert_eq!(directed.iter().filter(|edge| **edge == (*to, *from)).count(), 1);
-        }
-    }
 
     #[test]
     fn corner_neighbours_form_right_handed_triads_in_the_reference_cube() {

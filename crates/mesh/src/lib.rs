@@ -1,8 +1,8 @@
-//! Hexahedral meshes: nodes, hexes, named groups, their quality, an order that is kind to the cache, and structured
+//! Meshes: nodes, elements of any mix of shapes, named groups, their quality, an order that is kind to the cache, and structured
 //! generators. Knows no physics and no file format.
 //!
 //! A [`Mesh`] is valid once it exists: every index is in range, every coordinate finite, every label and group name
-//! used once. Whether its hexes are any *good* is a different question, answered by [`quality::QualityReport`].
+//! used once. Whether its elements are any *good* is a different question, answered by [`quality::QualityReport`].
 //!
 //! ```
 //! use estar_mesh::generate::{BoxSpec, box_mesh};
@@ -10,11 +10,13 @@
 //!
 //! let spec = BoxSpec::new([2.0, 1.0, 1.0], [4, 2, 2])?;
 //! let mesh = box_mesh(&spec);
-//! assert_eq!((mesh.hex_count(), mesh.node_count()), (16, 45));
+//! assert_eq!((mesh.element_count(), mesh.node_count()), (16, 45));
 //! assert!(QualityReport::new(&mesh).errors().is_empty());
 //! # Ok::<(), estar_mesh::generate::SpecError>(())
 //! ```
 
+mod elements;
+mod face;
 pub mod generate;
 mod group;
 pub mod hex;
@@ -22,8 +24,12 @@ mod label;
 mod mesh;
 mod order;
 pub mod quality;
+mod shape;
 
+pub use elements::Elements;
+pub use face::{Face, FaceKey};
 pub use group::{Group, GroupKind};
 pub use label::{ElementLabel, NodeLabel};
 pub use mesh::{FaceError, Mesh, MeshError};
 pub use order::{Renumbering, locality_order};
+pub use shape::{ElementNodes, MOST_NODES, Shape};

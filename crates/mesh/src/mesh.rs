@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::hex::{face_key, faces};
-use crate::{ElementLabel, Group, NodeLabel};
+use arrayvec::ArrayVec;
 
-/// Nodes, hexes and named groups. Valid once it exists; see [`Mesh::new`]. Clones share one memory: whoever needs a mesh
+use crate::{ElementLabel, Elements, Face, FaceKey, Group, MOST_NODES, NodeLabel};
+
+/// Nodes, elements and named groups. Valid once it exists; see [`Mesh::new`]. Clones share one memory: whoever needs a mesh
 /// for long keeps one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
@@ -20,21 +21,21 @@ pub struct Mesh {
 pub(crate) struct Parts {
     pub coordinates: Vec<[f64; 3]>,
     pub node_labels: Vec<NodeLabel>,
-    pub hexes: Vec<[u32; 8]>,
-    pub hex_labels: Vec<ElementLabel>,
+    pub elements: Elements,
+    pub element_labels: Vec<ElementLabel>,
     pub groups: Vec<Group>,
 }
 
-/// Why nodes, hexes and groups do not make a mesh.
+/// Why nodes, elements and groups do not make a mesh.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum MeshError {
-    /// No hex at all.
-    #[error("the mesh has no hexahedra; mesh its volume with 8-node hexahedra and export them")]
-    NoHexes,
-    /// More nodes or hexes than 32-bit indices reach.
+    /// No element at all.
+    #[error("the mesh has no solid elements; mesh its volume with hexahedra, wedges or tetrahedra and export them")]
+    NoElements,
+    /// More nodes or elements than 32-bit indices reach.
     #[error("the mesh has {count} {what}; at most {limit} are supported")]
     TooLarge {
-        /// "nodes" or "hexes".
+        /// "nodes" or "elements".
         what: &'static str,
         /// How many there are.
         count: usize,
@@ -44,11 +45,11 @@ pub enum MeshError {
     /// Two lists that must be equally long are not.
     #[error("{labels} {what} labels for {count} {what}s")]
     LengthMismatch {
-        /// "node" or "hex".
+        /// "node" or "element".
         what: &'static str,
         /// How many labels.
         labels: usize,
-        /// How many nodes or hexes.
+        /// How many nodes or elements.
         count: usize,
     },
     /// A coordinate is NaN or infinite.
@@ -67,19 +68,19 @@ pub enum MeshError {
         /// The label.
         node: NodeLabel,
     },
-    /// A label used for two hexes.
+    /// A label used for two elements.
     #[error("element number {element} is used twice; give every element its own number")]
-    DuplicateHexLabel {
+    DuplicateElementLabel {
         /// The label.
         element: ElementLabel,
     },
-    /// A hex whose corner is not a node.
-    #[error("element {element}: corner {corner} is node index {index}, but there are only {node_count} nodes")]
-    HexNodeOutOfRange {
-        /// The hex.
+    /// An element one of whose nodes is none of the mesh.
+    #[error("element {element}: its node {place} is node index {index}, but there are only {node_count} nodes")]
+    ElementNodeOutOfRange {
+        /// The element.
         element: ElementLabel,
-        /// Its corner, counted from 1.
-        corner: usize,
+        /// Which of its nodes, counted from 1.
+        place: usize,
         /// The index out of range.
         index: u32,
         /// How many nodes there are.
@@ -90,7 +91,7 @@ pub enum MeshError {
     GroupOutOfRange {
         /// The group.
         group: String,
-        /// "node" or "hex".
+        /// "node" or "element".
         what: &'static str,
         /// The index out of range.
         index: u32,
@@ -117,58 +118,65 @@ pub enum MeshError {
 /// Why a face of a surface group is no outer face of the mesh.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FaceError {
-    /// The face belongs to no hex.
+    /// The face belongs to no element.
     #[error(
-        "surface \"{group}\": the face with nodes {} {} {} {} belongs to no hex; mesh surface and volume together",
-        nodes[0], nodes[1], nodes[2], nodes[3]
+        "surface \"{group}\": the face with nodes {} belongs to no element; mesh surface and volume together",
+        words(nodes)
     )]
-    NoHex {
+    NoElement {
         /// The surface group.
         group: String,
         /// The face's nodes.
-        nodes: [NodeLabel; 4],
+        nodes: Vec<NodeLabel>,
     },
-    /// The face lies between two hexes, so that no side of it is outside.
+    /// The face lies between two elements, so that no side of it is outside.
     #[error(
-        "surface \"{group}\": the face with nodes {} {} {} {} lies between elements {} and {}; \
-         a load needs an outer face",
-        nodes[0], nodes[1], nodes[2], nodes[3], elements[0], elements[1]
+        "surface \"{group}\": the face with nodes {} lies between elements {} and {}; a load needs an outer face",
+        words(nodes), elements[0], elements[1]
     )]
     Interior {
         /// The surface group.
         group: String,
         /// The face's nodes.
-        nodes: [NodeLabel; 4],
-        /// Two of the hexes it belongs to.
+        nodes: Vec<NodeLabel>,
+        /// Two of the elements it belongs to.
         elements: [ElementLabel; 2],
     },
 }
 
-/// The largest number of nodes or hexes: an index is a `u32`.
+/// Numbers with spaces between them.
+fn words(nodes: &[NodeLabel]) -> String {
+    nodes.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+}
+
+/// The largest number of nodes or elements: an index is a `u32`.
 const INDEX_LIMIT: usize = u32::MAX as usize;
 
 impl Mesh {
-    /// A mesh of hexes in VTK and Gmsh corner order (see [`hex`](crate::hex)).
+    /// A mesh of elements whose nodes are in the order of VTK (see [`hex`](crate::hex) and [`Shape`](crate::Shape)).
     ///
     /// # Errors
     /// What is out of range, not finite, missing or there twice, by its label.
     pub fn new(
         coordinates: Vec<[f64; 3]>,
         node_labels: Vec<NodeLabel>,
-        hexes: Vec<[u32; 8]>,
-        hex_labels: Vec<ElementLabel>,
+        elements: impl Into<Elements>,
+        element_labels: Vec<ElementLabel>,
         mut groups: Vec<Group>,
     ) -> Result<Self, MeshError> {
-        let (node_count, hex_count) = (coordinates.len(), hexes.len());
-        if hex_count == 0 {
-            return Err(MeshError::NoHexes);
+        let elements = elements.into();
+        let (node_count, element_count) = (coordinates.len(), elements.len());
+        if element_count == 0 {
+            return Err(MeshError::NoElements);
         }
-        for (what, count, labels) in [("node", node_count, node_labels.len()), ("hex", hex_count, hex_labels.len())] {
+        for (what, count, labels) in
+            [("node", node_count, node_labels.len()), ("element", element_count, element_labels.len())]
+        {
             if labels != count {
                 return Err(MeshError::LengthMismatch { what, labels, count });
             }
         }
-        for (what, count) in [("nodes", node_count), ("hexes", hex_count)] {
+        for (what, count) in [("nodes", node_count), ("elements", element_count)] {
             if count > INDEX_LIMIT {
                 return Err(MeshError::TooLarge { what, count, limit: INDEX_LIMIT });
             }
@@ -183,17 +191,13 @@ impl Mesh {
         if let Some(node) = first_duplicate(&node_labels) {
             return Err(MeshError::DuplicateNodeLabel { node });
         }
-        if let Some(element) = first_duplicate(&hex_labels) {
-            return Err(MeshError::DuplicateHexLabel { element });
+        if let Some(element) = first_duplicate(&element_labels) {
+            return Err(MeshError::DuplicateElementLabel { element });
         }
-        for (corners, &element) in hexes.iter().zip(&hex_labels) {
-            if let Some(corner) = corners.iter().position(|&index| index as usize >= node_count) {
-                return Err(MeshError::HexNodeOutOfRange {
-                    element,
-                    corner: corner + 1,
-                    index: corners[corner],
-                    node_count,
-                });
+        for (nodes, &element) in elements.iter().zip(&element_labels) {
+            if let Some(place) = nodes.iter().position(|&index| index as usize >= node_count) {
+                let (place, index) = (place + 1, nodes[place]);
+                return Err(MeshError::ElementNodeOutOfRange { element, place, index, node_count });
             }
         }
         let mut names = HashSet::new();
@@ -206,11 +210,14 @@ impl Mesh {
             }
             let out_of_range =
                 |what, index, count| Err(MeshError::GroupOutOfRange { group: group.name.clone(), what, index, count });
-            if let Some(&index) = group.hexes.iter().find(|&&index| index as usize >= hex_count) {
-                return out_of_range("hex", index, hex_count);
+            if let Some(&index) = group.elements.iter().find(|&&index| index as usize >= element_count) {
+                return out_of_range("element", index, element_count);
             }
-            if let Some(&index) =
-                group.nodes.iter().chain(group.faces.iter().flatten()).find(|&&index| index as usize >= node_count)
+            if let Some(&index) = group
+                .nodes
+                .iter()
+                .chain(group.faces.iter().flat_map(Face::nodes))
+                .find(|&&index| index as usize >= node_count)
             {
                 return out_of_range("node", index, node_count);
             }
@@ -218,23 +225,24 @@ impl Mesh {
         for group in &mut groups {
             // a surface is a set: a face that is listed twice, in whatever order of its nodes, is in it once
             let mut seen = HashSet::new();
-            group.faces.retain(|face| seen.insert(face_key(face)));
-            group.complete(&hexes, coordinates.len());
+            group.faces.retain(|face| seen.insert(face.key()));
+            group.complete(&elements, coordinates.len());
             if group.nodes.is_empty() {
                 return Err(MeshError::EmptyGroup { group: group.name.clone() });
             }
         }
-        Ok(Self::of(Parts { coordinates, node_labels, hexes, hex_labels, groups }))
+        Ok(Self::of(Parts { coordinates, node_labels, elements, element_labels, groups }))
     }
 
     /// A mesh numbered from 1 whose parts are valid by construction.
-    pub(crate) fn generated(coordinates: Vec<[f64; 3]>, hexes: Vec<[u32; 8]>, mut groups: Vec<Group>) -> Self {
+    pub(crate) fn generated(coordinates: Vec<[f64; 3]>, elements: impl Into<Elements>, mut groups: Vec<Group>) -> Self {
+        let elements = elements.into();
         for group in &mut groups {
-            group.complete(&hexes, coordinates.len());
+            group.complete(&elements, coordinates.len());
         }
         let node_labels = (1..=coordinates.len() as u64).map(NodeLabel).collect();
-        let hex_labels = (1..=hexes.len() as u64).map(ElementLabel).collect();
-        Self::of(Parts { coordinates, node_labels, hexes, hex_labels, groups })
+        let element_labels = (1..=elements.len() as u64).map(ElementLabel).collect();
+        Self::of(Parts { coordinates, node_labels, elements, element_labels, groups })
     }
 
     /// The mesh of valid parts.
@@ -247,9 +255,9 @@ impl Mesh {
         self.parts.coordinates.len()
     }
 
-    /// The number of hexes.
-    pub fn hex_count(&self) -> usize {
-        self.parts.hexes.len()
+    /// The number of elements.
+    pub fn element_count(&self) -> usize {
+        self.parts.elements.len()
     }
 
     /// The position of every node.
@@ -262,14 +270,14 @@ impl Mesh {
         &self.parts.node_labels
     }
 
-    /// The corner nodes of every hex.
-    pub fn hexes(&self) -> &[[u32; 8]] {
-        &self.parts.hexes
+    /// The elements.
+    pub fn elements(&self) -> &Elements {
+        &self.parts.elements
     }
 
-    /// The user's number of every hex.
-    pub fn hex_labels(&self) -> &[ElementLabel] {
-        &self.parts.hex_labels
+    /// The user's number of every element.
+    pub fn element_labels(&self) -> &[ElementLabel] {
+        &self.parts.element_labels
     }
 
     /// All groups, in the order of the file.
@@ -282,9 +290,10 @@ impl Mesh {
         self.parts.groups.iter().find(|group| group.name == name)
     }
 
-    /// The positions of a hex's corners.
-    pub fn corners(&self, hex: usize) -> [[f64; 3]; 8] {
-        self.parts.hexes[hex].map(|node| self.parts.coordinates[node as usize])
+    /// The positions of an element's nodes.
+    pub fn positions(&self, element: usize) -> ArrayVec<[f64; 3], MOST_NODES> {
+        let nodes = self.parts.elements.nodes(element).iter();
+        nodes.map(|&node| self.parts.coordinates[node as usize]).collect()
     }
 
     /// The least and the greatest coordinates.
@@ -316,26 +325,26 @@ impl Mesh {
         Ok(self)
     }
 
-    /// The faces of a surface group, each turned so that its right-hand normal points out of the hex it belongs to.
+    /// The faces of a surface group, each turned so that its right-hand normal points out of the element it belongs to.
     ///
     /// # Errors
-    /// The first face that belongs to no hex, or to two.
-    pub fn outward_faces(&self, group: &Group) -> Result<Vec<[u32; 4]>, FaceError> {
-        // Only hexes with four nodes in the group can own one of its faces: a small map, whatever the mesh's size.
+    /// The first face that belongs to no element, or to two.
+    pub fn outward_faces(&self, group: &Group) -> Result<Vec<Face>, FaceError> {
+        // Only elements with three nodes in the group can own one of its faces: a small map, whatever the mesh's size.
         let mut in_group = vec![false; self.node_count()];
-        for &node in group.faces.iter().flatten() {
+        for &node in group.faces.iter().flat_map(Face::nodes) {
             in_group[node as usize] = true;
         }
-        let mut owners: HashMap<[u32; 4], ([u32; 4], Vec<usize>)> =
-            group.faces.iter().map(|face| (face_key(face), (*face, Vec::new()))).collect();
-        for (hex, corners) in self.parts.hexes.iter().enumerate() {
-            if corners.iter().filter(|&&node| in_group[node as usize]).count() < 4 {
+        let mut owners: HashMap<FaceKey, (Face, Vec<usize>)> =
+            group.faces.iter().map(|face| (face.key(), (*face, Vec::new()))).collect();
+        for (element, nodes) in self.parts.elements.iter().enumerate() {
+            if nodes.iter().filter(|&&node| in_group[node as usize]).count() < 3 {
                 continue;
             }
-            for face in faces(corners) {
-                if let Some((outward, hexes)) = owners.get_mut(&face_key(&face)) {
+            for face in self.parts.elements.faces(element) {
+                if let Some((outward, elements)) = owners.get_mut(&face.key()) {
                     *outward = face;
-                    hexes.push(hex);
+                    elements.push(element);
                 }
             }
         }
@@ -343,15 +352,16 @@ impl Mesh {
             .faces
             .iter()
             .map(|face| {
-                let nodes = face.map(|node| self.parts.node_labels[node as usize]);
-                match owners.get(&face_key(face)) {
-                    Some((outward, hexes)) if hexes.len() == 1 => Ok(*outward),
-                    Some((_, hexes)) if hexes.len() > 1 => Err(FaceError::Interior {
+                let labels =
+                    |face: &Face| face.nodes().iter().map(|&node| self.parts.node_labels[node as usize]).collect();
+                match owners.get(&face.key()) {
+                    Some((outward, elements)) if elements.len() == 1 => Ok(*outward),
+                    Some((_, elements)) if elements.len() > 1 => Err(FaceError::Interior {
                         group: group.name.clone(),
-                        nodes,
-                        elements: [self.parts.hex_labels[hexes[0]], self.parts.hex_labels[hexes[1]]],
+                        nodes: labels(face),
+                        elements: [0, 1].map(|k| self.parts.element_labels[elements[k]]),
                     }),
-                    _ => Err(FaceError::NoHex { group: group.name.clone(), nodes }),
+                    _ => Err(FaceError::NoElement { group: group.name.clone(), nodes: labels(face) }),
                 }
             })
             .collect()
@@ -386,8 +396,8 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_without_hexes_is_refused() {
-        assert_eq!(Mesh::new(vec![], vec![], vec![], vec![], vec![]), Err(MeshError::NoHexes));
+    fn a_mesh_without_elements_is_refused() {
+        assert_eq!(Mesh::new(vec![], vec![], vec![], vec![], vec![]), Err(MeshError::NoElements));
     }
 
     #[test]
@@ -421,7 +431,7 @@ mod tests {
         h[0][7] = 8;
         assert!(matches!(
             Mesh::new(x, n, h, e, vec![]),
-            Err(MeshError::HexNodeOutOfRange { element: ElementLabel(7), corner: 8, .. })
+            Err(MeshError::ElementNodeOutOfRange { element: ElementLabel(7), place: 8, .. })
         ));
     }
 
@@ -436,7 +446,7 @@ mod tests {
     }
 
     #[test]
-    fn a_group_knows_the_nodes_of_its_hexes_and_faces() {
+    fn a_group_knows_the_nodes_of_its_elements_and_faces() {
         let mesh = two_hexes();
         let volume = mesh.group("box").unwrap();
         assert_eq!((volume.kind, volume.nodes.len()), (GroupKind::Volume, 12));
@@ -451,10 +461,10 @@ mod tests {
         let surface = groups.iter_mut().find(|group| !group.faces.is_empty()).unwrap();
         let count = surface.faces.len();
         let mut again = surface.faces.clone();
-        again[0].reverse();
+        again[0] = again[0].reversed();
         surface.faces.extend(again);
         let name = surface.name.clone();
-        let parts = (mesh.node_labels().to_vec(), mesh.hexes().to_vec(), mesh.hex_labels().to_vec());
+        let parts = (mesh.node_labels().to_vec(), mesh.elements().clone(), mesh.element_labels().to_vec());
         let read = Mesh::new(mesh.coordinates().to_vec(), parts.0, parts.1, parts.2, groups).unwrap();
         assert_eq!(read.group(&name).unwrap().faces.len(), count);
     }
@@ -465,10 +475,10 @@ mod tests {
         for name in ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"] {
             let mut group = mesh.group(name).unwrap().clone();
             let outward = mesh.outward_faces(&group).unwrap();
-            group.faces.iter_mut().for_each(|face| face.reverse());
+            group.faces.iter_mut().for_each(|face| *face = face.reversed());
             assert_eq!(mesh.outward_faces(&group).unwrap(), outward);
             for face in outward {
-                let [a, b, _, d] = face.map(|node| mesh.coordinates()[node as usize]);
+                let [a, b, d] = [0, 1, 3].map(|k| mesh.coordinates()[face.nodes()[k] as usize]);
                 let axis = usize::from(name.as_bytes()[0] - b'x');
                 let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
                 let normal = (b[i] - a[i]) * (d[j] - a[j]) - (b[j] - a[j]) * (d[i] - a[i]);
@@ -486,7 +496,7 @@ mod tests {
         let error = mesh.outward_faces(&group).unwrap_err();
         assert!(matches!(error, FaceError::Interior { elements: [ElementLabel(1), ElementLabel(2)], .. }));
         let group = Group::surface("odd", vec![[0, 1, 2, 9]]);
-        assert!(matches!(mesh.outward_faces(&group), Err(FaceError::NoHex { .. })));
+        assert!(matches!(mesh.outward_faces(&group), Err(FaceError::NoElement { .. })));
     }
 
     #[test]

@@ -5,13 +5,13 @@ use rayon::prelude::*;
 use crate::mesh::Parts;
 use crate::{Group, Mesh};
 
-/// A new order of nodes and hexes.
+/// A new order of nodes and elements.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Renumbering {
     /// The old index of each new node.
     pub old_nodes: Vec<u32>,
-    /// The old index of each new hex.
-    pub old_hexes: Vec<u32>,
+    /// The old index of each new element.
+    pub old_elements: Vec<u32>,
 }
 
 impl Renumbering {
@@ -20,9 +20,9 @@ impl Renumbering {
         inverse(&self.old_nodes)
     }
 
-    /// The new index of each old hex.
-    pub fn new_hexes(&self) -> Vec<u32> {
-        inverse(&self.old_hexes)
+    /// The new index of each old element.
+    pub fn new_elements(&self) -> Vec<u32> {
+        inverse(&self.old_elements)
     }
 }
 
@@ -34,38 +34,39 @@ fn inverse(permutation: &[u32]) -> Vec<u32> {
     inverse
 }
 
-/// Hexes along a Hilbert curve through their centroids, nodes in the order in which those hexes first meet them
-/// (nodes of no hex come last). The same mesh always gives the same order: ties keep the old one.
+/// Elements along a Hilbert curve through the means of their nodes, nodes in the order in which those elements first meet
+/// them (nodes of no element come last). The same mesh always gives the same order: ties keep the old one.
 pub fn locality_order(mesh: &Mesh) -> Renumbering {
     let [least, greatest] = mesh.extent();
     let side = (0..3).map(|axis| greatest[axis] - least[axis]).fold(f64::MIN_POSITIVE, f64::max);
     let mut keyed: Vec<(u64, u32)> = mesh
-        .hexes()
+        .elements()
         .par_iter()
         .enumerate()
-        .map(|(hex, corners)| {
+        .map(|(element, nodes)| {
+            let count = nodes.len() as f64;
             let mut cell = [0; 3];
             for (axis, cell) in cell.iter_mut().enumerate() {
-                let centre = corners.iter().map(|&node| mesh.coordinates()[node as usize][axis] / 8.0).sum::<f64>();
+                let centre = nodes.iter().map(|&node| mesh.coordinates()[node as usize][axis] / count).sum::<f64>();
                 // One cube for all axes keeps the curve's cells cubes, so that it is local in every direction alike.
                 *cell = ((centre - least[axis]) / side * LAST_CELL) as u32;
             }
-            (hilbert_index(cell), hex as u32)
+            (hilbert_index(cell), element as u32)
         })
         .collect();
     // no two are equal: the order does not depend on the threads
     keyed.par_sort_unstable();
-    let old_hexes: Vec<u32> = keyed.into_iter().map(|(_, hex)| hex).collect();
+    let old_elements: Vec<u32> = keyed.into_iter().map(|(_, element)| element).collect();
 
     let mut seen = vec![false; mesh.node_count()];
     let mut old_nodes = Vec::with_capacity(mesh.node_count());
-    let by_use = old_hexes.iter().flat_map(|&hex| mesh.hexes()[hex as usize]);
+    let by_use = old_elements.iter().flat_map(|&element| mesh.elements().nodes(element as usize)).copied();
     for node in by_use.chain(0..mesh.node_count() as u32) {
         if !std::mem::replace(&mut seen[node as usize], true) {
             old_nodes.push(node);
         }
     }
-    Renumbering { old_nodes, old_hexes }
+    Renumbering { old_nodes, old_elements }
 }
 
 /// Bits per axis of the Hilbert curve: three of them fill a `u64`.
@@ -115,18 +116,18 @@ impl Mesh {
     /// The same mesh in another order; labels and groups follow.
     pub fn renumbered(&self, renumbering: &Renumbering) -> Mesh {
         let new_nodes = renumbering.new_nodes();
-        let new_hexes = renumbering.new_hexes();
+        let new_elements = renumbering.new_elements();
         let node = |old: u32| new_nodes[old as usize];
         let sorted = |mut indices: Vec<u32>| {
             indices.sort_unstable();
             indices
         };
-        let (old_nodes, old_hexes) = (&renumbering.old_nodes, &renumbering.old_hexes);
+        let (old_nodes, old_elements) = (&renumbering.old_nodes, &renumbering.old_elements);
         Mesh::of(Parts {
             coordinates: old_nodes.par_iter().map(|&old| self.coordinates()[old as usize]).collect(),
             node_labels: old_nodes.par_iter().map(|&old| self.node_labels()[old as usize]).collect(),
-            hexes: old_hexes.par_iter().map(|&old| self.hexes()[old as usize].map(node)).collect(),
-            hex_labels: old_hexes.par_iter().map(|&old| self.hex_labels()[old as usize]).collect(),
+            elements: self.elements().reordered(old_elements, node),
+            element_labels: old_elements.par_iter().map(|&old| self.element_labels()[old as usize]).collect(),
             groups: self
                 .groups()
                 .iter()
@@ -134,7 +135,7 @@ impl Mesh {
                     name: group.name.clone(),
                     kind: group.kind,
                     nodes: sorted(group.nodes.iter().map(|&old| node(old)).collect()),
-                    hexes: sorted(group.hexes.iter().map(|&old| new_hexes[old as usize]).collect()),
+                    elements: sorted(group.elements.iter().map(|&old| new_elements[old as usize]).collect()),
                     faces: group.faces.iter().map(|face| face.map(node)).collect(),
                 })
                 .collect(),
@@ -149,8 +150,8 @@ mod tests {
 
     /// The mean over hexes of the distance in memory between a hex's first and last node.
     fn mean_span(mesh: &Mesh) -> f64 {
-        let span = |hex: &[u32; 8]| f64::from(hex.iter().max().unwrap() - hex.iter().min().unwrap());
-        mesh.hexes().iter().map(span).sum::<f64>() / mesh.hex_count() as f64
+        let span = |hex: &[u32]| f64::from(hex.iter().max().unwrap() - hex.iter().min().unwrap());
+        mesh.elements().iter().map(span).sum::<f64>() / mesh.element_count() as f64
     }
 
     #[test]
@@ -173,8 +174,8 @@ mod tests {
         let mut labels = new.node_labels().to_vec();
         labels.sort();
         assert_eq!(labels, mesh.node_labels());
-        for (hex, label) in new.hex_labels().iter().enumerate() {
-            assert_eq!(new.corners(hex), mesh.corners((label.0 - 1) as usize));
+        for (hex, label) in new.element_labels().iter().enumerate() {
+            assert_eq!(new.positions(hex), mesh.positions((label.0 - 1) as usize));
         }
         for (old, new_group) in mesh.groups().iter().zip(new.groups()) {
             let back = |nodes: &[u32]| {
@@ -186,7 +187,7 @@ mod tests {
             assert_eq!((&new_group.name, new_group.faces.len()), (&old.name, old.faces.len()));
             assert_eq!(new.outward_faces(new_group).is_ok(), old.kind == new_group.kind);
         }
-        let undo = Renumbering { old_nodes: renumbering.new_nodes(), old_hexes: renumbering.new_hexes() };
+        let undo = Renumbering { old_nodes: renumbering.new_nodes(), old_elements: renumbering.new_elements() };
         assert_eq!(new.renumbered(&undo), mesh);
     }
 
@@ -195,7 +196,7 @@ mod tests {
         let mesh = box_mesh(&BoxSpec::new([1.0; 3], [24; 3]).unwrap());
         let median = |mesh: &Mesh| {
             let mut spans: Vec<u32> =
-                mesh.hexes().iter().map(|hex| hex.iter().max().unwrap() - hex.iter().min().unwrap()).collect();
+                mesh.elements().iter().map(|hex| hex.iter().max().unwrap() - hex.iter().min().unwrap()).collect();
             spans.sort_unstable();
             spans[spans.len() / 2]
         };

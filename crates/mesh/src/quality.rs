@@ -1,85 +1,119 @@
-//! How good the hexes are, and what makes a mesh unusable, by the numbers of the user's file.
+//! How good the elements are, and what makes a mesh unusable, by the numbers of the user's file.
 
 use std::fmt;
 
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::hex::{CORNER_NEIGHBOURS, CORNER_SIGNS};
-use crate::{ElementLabel, Mesh, NodeLabel};
+use crate::hex::CORNER_SIGNS;
+use crate::{ElementLabel, MOST_NODES, Mesh, NodeLabel, Shape};
 
 /// A corner counts as inverted below this scaled Jacobian: a flat corner (180°) is poor, not inverted, and its value
 /// is rounding of either sign.
 const INVERTED_BELOW: f64 = -1e-9;
-/// A hex counts as degenerate when its volume is this small against the cube of its longest edge.
+/// An element counts as degenerate when its volume is this small against the cube of its longest edge.
 const ZERO_VOLUME: f64 = 1e-12;
 /// Bins of the histogram over scaled Jacobians, from 0 to 1.
 const BIN_COUNT: usize = 10;
 
-/// The quality of one hex.
+/// The quality of one element.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HexQuality {
-    /// The least Jacobian determinant at the eight corners, of the map from the unit cube: 1 for a cube of edge 1.
+pub struct ElementQuality {
+    /// The least Jacobian determinant at the corners, of the map from the unit cube (1 for a cube of edge 1) or from the tet
+    /// with three edges along the axes.
     pub min_jacobian: f64,
-    /// The least corner Jacobian divided by the lengths of the three edges there: 1 for right angles, 0 for a flat
-    /// corner, negative when inverted.
+    /// The least corner Jacobian divided by the lengths of the three edges there, over what it is in the best element of the
+    /// shape: 1 for a cube and for wedges, pyramids and tets with equal edges, 0 for a flat corner, negative when inverted.
     pub scaled_jacobian: f64,
     /// The volume.
     pub volume: f64,
 }
 
-impl HexQuality {
-    /// The quality of the hex with these corners.
-    pub fn new(corners: &[[f64; 3]; 8]) -> Self {
+impl ElementQuality {
+    /// The quality of the element of a shape with these nodes.
+    pub fn new(shape: Shape, nodes: &[[f64; 3]]) -> Self {
+        // the volume of a unit triad along the edges at a corner of the best element
+        let best = match shape {
+            Shape::Hex8 => 1.0,
+            Shape::Wedge6 => 0.75_f64.sqrt(),
+            Shape::Pyramid5 | Shape::Tet4 | Shape::Tet10 => 0.5_f64.sqrt(),
+        };
         let (mut min_jacobian, mut scaled_jacobian) = (f64::INFINITY, f64::INFINITY);
-        for (corner, neighbours) in CORNER_NEIGHBOURS.iter().enumerate() {
-            let edges = neighbours.map(|neighbour| difference(&corners[neighbour], &corners[corner]));
+        for edges in corner_edges(shape, nodes) {
             let jacobian = determinant(&edges);
             let lengths: f64 = edges.iter().map(|edge| square(edge).sqrt()).product();
             min_jacobian = min_jacobian.min(jacobian);
-            scaled_jacobian = scaled_jacobian.min(if lengths > 0.0 { jacobian / lengths } else { 0.0 });
+            scaled_jacobian = scaled_jacobian.min(if lengths > 0.0 { jacobian / (lengths * best) } else { 0.0 });
         }
-        Self { min_jacobian, scaled_jacobian, volume: volume(corners) }
+        Self { min_jacobian, scaled_jacobian, volume: volume(shape, nodes) }
     }
+}
+
+/// The three edges at each corner, as they leave it.
+fn corner_edges(shape: Shape, nodes: &[[f64; 3]]) -> impl Iterator<Item = [[f64; 3]; 3]> {
+    shape.corner_neighbours().iter().enumerate().map(move |(corner, neighbours)| {
+        neighbours.map(|other| match shape.middle(corner, other) {
+            None => difference(&nodes[other], &nodes[corner]),
+            // the tangent of a parabola through three nodes
+            Some(middle) => {
+                let to = |node: usize| difference(&nodes[node], &nodes[corner]);
+                let (half, whole) = (to(middle), to(other));
+                std::array::from_fn(|i| 4.0 * half[i] - whole[i])
+            }
+        })
+    })
 }
 
 /// Something that makes a mesh unusable.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum QualityError {
-    /// A hex with a negative Jacobian at a corner.
+    /// An element with a negative Jacobian at a corner.
     #[error("element {element} is inverted{}", if *.mirrored { ": its volume is negative; reverse its node order" } else { " at a corner; repair the mesh there" })]
     Inverted {
-        /// The hex.
+        /// The element.
         element: ElementLabel,
-        /// True when the whole hex is turned inside out, as by a wrong node order.
+        /// True when the whole element is turned inside out, as by a wrong node order.
         mirrored: bool,
     },
-    /// A hex with a node twice.
+    /// An element with a node twice.
     #[error(
-        "element {element} has node {node} at more than one corner; use hexes with eight nodes of their own, \
-         not collapsed ones"
+        "element {element} has node {node} twice, and is no hex that is collapsed to a wedge, a pyramid or a tet; repair \
+         the mesh there"
     )]
     RepeatedNode {
-        /// The hex.
+        /// The element.
         element: ElementLabel,
         /// The node.
         node: NodeLabel,
     },
-    /// A hex without volume.
+    /// A ten-node tet one of whose edges has its middle node elsewhere.
+    #[error(
+        "element {element}: node {middle} should be near the middle between nodes {} and {}; check the order of its nodes, \
+         or make its edges less curved", ends[0], ends[1]
+    )]
+    MiddleElsewhere {
+        /// The element.
+        element: ElementLabel,
+        /// The node.
+        middle: NodeLabel,
+        /// The ends of the edge.
+        ends: [NodeLabel; 2],
+    },
+    /// An element without volume.
     #[error("element {element} has no volume; remove it or move its nodes apart")]
     ZeroVolume {
-        /// The hex.
+        /// The element.
         element: ElementLabel,
     },
-    /// Two hexes with the same nodes.
-    #[error("elements {first} and {second} have the same eight nodes; remove one of them")]
+    /// Two elements with the same nodes.
+    #[error("elements {first} and {second} have the same nodes; remove one of them")]
     Duplicate {
         /// The one that comes first in the file.
         first: ElementLabel,
         /// The other.
         second: ElementLabel,
     },
-    /// A node of no hex.
+    /// A node of no element.
     #[error("node {node} belongs to no element; remove it, or mesh what it should belong to")]
     UnusedNode {
         /// The node.
@@ -87,45 +121,46 @@ pub enum QualityError {
     },
 }
 
-/// The quality of every hex of a mesh and what is wrong with it.
+/// The quality of every element of a mesh and what is wrong with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QualityReport {
-    hexes: Vec<HexQuality>,
-    hex_labels: Vec<ElementLabel>,
+    elements: Vec<ElementQuality>,
+    element_labels: Vec<ElementLabel>,
     errors: Vec<QualityError>,
 }
 
 impl QualityReport {
     /// The report on a mesh.
     pub fn new(mesh: &Mesh) -> Self {
-        let hexes: Vec<HexQuality> =
-            (0..mesh.hex_count()).into_par_iter().map(|hex| HexQuality::new(&mesh.corners(hex))).collect();
-        let errors = hexes.par_iter().enumerate().filter_map(|(hex, quality)| hex_error(mesh, hex, quality));
+        let quality = |element| ElementQuality::new(mesh.elements().shape(element), &mesh.positions(element));
+        let elements: Vec<ElementQuality> = (0..mesh.element_count()).into_par_iter().map(quality).collect();
+        let errors = elements.par_iter().enumerate();
+        let errors = errors.filter_map(|(element, quality)| element_error(mesh, element, quality));
         let mut errors: Vec<QualityError> = errors.collect();
         errors.extend(duplicates(mesh));
         errors.extend(unused_nodes(mesh).map(|node| QualityError::UnusedNode { node }));
-        Self { hexes, hex_labels: mesh.hex_labels().to_vec(), errors }
+        Self { elements, element_labels: mesh.element_labels().to_vec(), errors }
     }
 
-    /// What makes the mesh unusable: bad hexes in the mesh's order, then duplicates, then unused nodes.
+    /// What makes the mesh unusable: bad elements in the mesh's order, then duplicates, then unused nodes.
     pub fn errors(&self) -> &[QualityError] {
         &self.errors
     }
 
-    /// The quality of each hex.
-    pub fn hexes(&self) -> &[HexQuality] {
-        &self.hexes
+    /// The quality of each element.
+    pub fn elements(&self) -> &[ElementQuality] {
+        &self.elements
     }
 
-    /// The hexes inverted at a corner or as a whole.
+    /// The elements inverted at a corner or as a whole, or with nodes in a wrong order.
     pub fn inverted(&self) -> Vec<ElementLabel> {
         self.labels(|error| match error {
-            QualityError::Inverted { element, .. } => Some(*element),
+            QualityError::Inverted { element, .. } | QualityError::MiddleElsewhere { element, .. } => Some(*element),
             _ => None,
         })
     }
 
-    /// The hexes with repeated nodes or without volume.
+    /// The elements with repeated nodes or without volume.
     pub fn degenerate(&self) -> Vec<ElementLabel> {
         self.labels(|error| match error {
             QualityError::RepeatedNode { element, .. } | QualityError::ZeroVolume { element } => Some(*element),
@@ -133,7 +168,7 @@ impl QualityReport {
         })
     }
 
-    /// The hexes whose eight nodes are those of an earlier one.
+    /// The elements whose nodes are those of an earlier one.
     pub fn duplicates(&self) -> Vec<ElementLabel> {
         self.labels(|error| match error {
             QualityError::Duplicate { second, .. } => Some(*second),
@@ -141,7 +176,7 @@ impl QualityReport {
         })
     }
 
-    /// The nodes of no hex.
+    /// The nodes of no element.
     pub fn unused_nodes(&self) -> Vec<NodeLabel> {
         self.labels(|error| match error {
             QualityError::UnusedNode { node } => Some(*node),
@@ -153,58 +188,58 @@ impl QualityReport {
         self.errors.iter().filter_map(label).collect()
     }
 
-    /// The least scaled Jacobian and the hex it belongs to.
+    /// The least scaled Jacobian and the element it belongs to.
     pub fn worst(&self) -> Option<(ElementLabel, f64)> {
-        let worst =
-            self.hexes.iter().zip(&self.hex_labels).min_by(|a, b| a.0.scaled_jacobian.total_cmp(&b.0.scaled_jacobian));
+        let labelled = self.elements.iter().zip(&self.element_labels);
+        let worst = labelled.min_by(|a, b| a.0.scaled_jacobian.total_cmp(&b.0.scaled_jacobian));
         worst.map(|(quality, &label)| (label, quality.scaled_jacobian))
     }
 
     /// The sum of all volumes.
     pub fn total_volume(&self) -> f64 {
-        self.hexes.iter().map(|hex| hex.volume).sum()
+        self.elements.iter().map(|element| element.volume).sum()
     }
 
     /// Figures that describe the mesh in a few lines.
     pub fn summary(&self) -> QualitySummary {
-        let count = self.hexes.len() as f64;
+        let count = self.elements.len() as f64;
         let mut histogram = [0; BIN_COUNT];
-        for hex in &self.hexes {
-            let bin = (hex.scaled_jacobian.clamp(0.0, 1.0) * BIN_COUNT as f64) as usize;
+        for element in &self.elements {
+            let bin = (element.scaled_jacobian.clamp(0.0, 1.0) * BIN_COUNT as f64) as usize;
             histogram[bin.min(BIN_COUNT - 1)] += 1;
         }
-        let least = |value: fn(&HexQuality) -> f64| self.hexes.iter().map(value).fold(f64::INFINITY, f64::min);
+        let least = |value: fn(&ElementQuality) -> f64| self.elements.iter().map(value).fold(f64::INFINITY, f64::min);
         QualitySummary {
-            hex_count: self.hexes.len(),
-            min_scaled_jacobian: least(|hex| hex.scaled_jacobian),
-            mean_scaled_jacobian: self.hexes.iter().map(|hex| hex.scaled_jacobian).sum::<f64>() / count,
-            min_jacobian: least(|hex| hex.min_jacobian),
-            min_volume: least(|hex| hex.volume),
-            max_volume: self.hexes.iter().map(|hex| hex.volume).fold(f64::NEG_INFINITY, f64::max),
+            element_count: self.elements.len(),
+            min_scaled_jacobian: least(|element| element.scaled_jacobian),
+            mean_scaled_jacobian: self.elements.iter().map(|element| element.scaled_jacobian).sum::<f64>() / count,
+            min_jacobian: least(|element| element.min_jacobian),
+            min_volume: least(|element| element.volume),
+            max_volume: self.elements.iter().map(|element| element.volume).fold(f64::NEG_INFINITY, f64::max),
             total_volume: self.total_volume(),
             histogram,
         }
     }
 }
 
-/// Figures over all hexes of a mesh.
+/// Figures over all elements of a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QualitySummary {
-    /// How many hexes.
-    pub hex_count: usize,
+    /// How many elements.
+    pub element_count: usize,
     /// The least scaled Jacobian.
     pub min_scaled_jacobian: f64,
-    /// The mean of the hexes' least scaled Jacobians.
+    /// The mean of the elements' least scaled Jacobians.
     pub mean_scaled_jacobian: f64,
     /// The least corner Jacobian.
     pub min_jacobian: f64,
-    /// The least volume of a hex.
+    /// The least volume of an element.
     pub min_volume: f64,
-    /// The greatest volume of a hex.
+    /// The greatest volume of an element.
     pub max_volume: f64,
-    /// The volume of all hexes.
+    /// The volume of all elements.
     pub total_volume: f64,
-    /// How many hexes have a scaled Jacobian of 0 to 0.1 (or less), 0.1 to 0.2, ... 0.9 to 1.
+    /// How many elements have a scaled Jacobian of 0 to 0.1 (or less), 0.1 to 0.2, ... 0.9 to 1.
     pub histogram: [usize; BIN_COUNT],
 }
 
@@ -212,7 +247,7 @@ impl fmt::Display for QualitySummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "scaled Jacobian: least {:.4}, mean {:.4}; volume: {:.6e} in all, a hex {:.3e} to {:.3e}",
+            "scaled Jacobian: least {:.4}, mean {:.4}; volume: {:.6e} in all, an element {:.3e} to {:.3e}",
             self.min_scaled_jacobian, self.mean_scaled_jacobian, self.total_volume, self.min_volume, self.max_volume
         )?;
         let most = self.histogram.iter().copied().max().unwrap_or(0).max(1);
@@ -225,18 +260,18 @@ impl fmt::Display for QualitySummary {
     }
 }
 
-fn hex_error(mesh: &Mesh, hex: usize, quality: &HexQuality) -> Option<QualityError> {
-    let element = mesh.hex_labels()[hex];
-    let mut nodes = mesh.hexes()[hex];
-    nodes.sort_unstable();
+fn element_error(mesh: &Mesh, index: usize, quality: &ElementQuality) -> Option<QualityError> {
+    let element = mesh.element_labels()[index];
+    let key = sorted_nodes(mesh, index);
+    let nodes = &key[..mesh.elements().nodes(index).len()];
     if let Some(pair) = nodes.windows(2).find(|pair| pair[0] == pair[1]) {
         return Some(QualityError::RepeatedNode { element, node: mesh.node_labels()[pair[0] as usize] });
     }
-    let corners = mesh.corners(hex);
-    let longest_edge = CORNER_NEIGHBOURS
-        .iter()
-        .enumerate()
-        .flat_map(|(corner, neighbours)| neighbours.map(|other| square(&difference(&corners[other], &corners[corner]))))
+    if let Some([middle, a, b]) = misplaced_middle(mesh, index) {
+        return Some(QualityError::MiddleElsewhere { element, middle, ends: [a, b] });
+    }
+    let longest_edge = corner_edges(mesh.elements().shape(index), &mesh.positions(index))
+        .flat_map(|edges| edges.map(|edge| square(&edge)))
         .fold(0.0, f64::max)
         .sqrt();
     // False also for a volume that overflowed to NaN.
@@ -250,19 +285,34 @@ fn hex_error(mesh: &Mesh, hex: usize, quality: &HexQuality) -> Option<QualityErr
     }
 }
 
+/// A middle node that is farther from the middle of its edge than a third of its length, with the ends of the edge.
+fn misplaced_middle(mesh: &Mesh, element: usize) -> Option<[NodeLabel; 3]> {
+    let (shape, nodes) = (mesh.elements().shape(element), mesh.elements().nodes(element));
+    let positions = mesh.positions(element);
+    let edges = (0..4).flat_map(|b| (0..b).map(move |a| [a, b]));
+    edges.filter_map(|[a, b]| Some([shape.middle(a, b)?, a, b])).find_map(|[middle, a, b]| {
+        let edge = difference(&positions[b], &positions[a]);
+        let off = std::array::from_fn(|i| positions[middle][i] - positions[a][i] - 0.5 * edge[i]);
+        let is_far = square(&off) > square(&edge) / 9.0;
+        is_far.then(|| [middle, a, b].map(|place| mesh.node_labels()[nodes[place] as usize]))
+    })
+}
+
+/// The nodes of an element in ascending order, behind them numbers that no node has.
+fn sorted_nodes(mesh: &Mesh, element: usize) -> [u32; MOST_NODES] {
+    let mut key = [u32::MAX; MOST_NODES];
+    let nodes = mesh.elements().nodes(element);
+    key[..nodes.len()].copy_from_slice(nodes);
+    key.sort_unstable();
+    key
+}
+
 fn duplicates(mesh: &Mesh) -> Vec<QualityError> {
-    let mut keyed: Vec<([u32; 8], u32)> = mesh
-        .hexes()
-        .par_iter()
-        .enumerate()
-        .map(|(hex, nodes)| {
-            let mut key = *nodes;
-            key.sort_unstable();
-            (key, hex as u32)
-        })
-        .collect();
+    let keys = (0..mesh.element_count()).into_par_iter();
+    let mut keyed: Vec<([u32; MOST_NODES], u32)> =
+        keys.map(|element| (sorted_nodes(mesh, element), element as u32)).collect();
     keyed.par_sort_unstable();
-    let label = |hex: u32| mesh.hex_labels()[hex as usize];
+    let label = |element: u32| mesh.element_labels()[element as usize];
     keyed
         .windows(2)
         .filter(|pair| pair[0].0 == pair[1].0)
@@ -272,7 +322,7 @@ fn duplicates(mesh: &Mesh) -> Vec<QualityError> {
 
 fn unused_nodes(mesh: &Mesh) -> impl Iterator<Item = NodeLabel> + '_ {
     let mut used = vec![false; mesh.node_count()];
-    for &node in mesh.hexes().iter().flatten() {
+    for &node in mesh.elements().all_nodes() {
         used[node as usize] = true;
     }
     used.into_iter().zip(mesh.node_labels()).filter(|(used, _)| !used).map(|(_, &label)| label)
@@ -294,8 +344,38 @@ const SLOPES: [[[f64; 3]; 8]; 8] = {
     slopes
 };
 
-/// ∫ det ∂x/∂ξ dξ over the reference cube, by 2×2×2 Gauss points, which is exact for a trilinear hex.
-pub fn volume(corners: &[[f64; 3]; 8]) -> f64 {
+/// ∫ det ∂x/∂ξ dξ by the points that the elements of a shape have: 2×2×2 Gauss points of the hex, which are exact for any
+/// trilinear one, and four of a ten-node tet, exact for straight edges.
+pub fn volume(shape: Shape, nodes: &[[f64; 3]]) -> f64 {
+    match shape {
+        Shape::Tet4 => determinant(&[1, 2, 3].map(|node| difference(&nodes[node], &nodes[0]))) / 6.0,
+        Shape::Tet10 => (0..4).map(|point| tet10_jacobian(nodes, point) / 24.0).sum(),
+        Shape::Hex8 | Shape::Wedge6 | Shape::Pyramid5 => {
+            let places = shape.corners_of_hex().unwrap_or(&[0; 8]);
+            hex_volume(&places.map(|node| nodes[node]))
+        }
+    }
+}
+
+/// det ∂x/∂ξ at the point of a ten-node tet that is nearest to the given corner: there λ = 0.585… of that corner and
+/// 0.138… of the others.
+fn tet10_jacobian(nodes: &[[f64; 3]], point: usize) -> f64 {
+    const FAR: f64 = 0.138_196_601_125_010_5;
+    let share = |corner: usize| if corner == point { 1.0 - 3.0 * FAR } else { FAR };
+    // x = Σ λ_i (2 λ_i − 1) x_i + Σ 4 λ_i λ_j x_ij, and its derivatives by each λ
+    let slope = |corner: usize| {
+        let mut slope = nodes[corner].map(|x| (4.0 * share(corner) - 1.0) * x);
+        for other in (0..4).filter(|&other| other != corner) {
+            let middle = Shape::Tet10.middle(corner, other).map_or([0.0; 3], |middle| nodes[middle]);
+            slope = std::array::from_fn(|i| slope[i] + 4.0 * share(other) * middle[i]);
+        }
+        slope
+    };
+    let first = slope(0);
+    determinant(&[1, 2, 3].map(|corner| difference(&slope(corner), &first)))
+}
+
+fn hex_volume(corners: &[[f64; 3]; 8]) -> f64 {
     let at_point = |slopes: &[[f64; 3]; 8]| {
         let mut jacobian = [[0.0; 3]; 3];
         for (corner, slope) in corners.iter().zip(slopes) {
@@ -329,8 +409,8 @@ mod tests {
 
     fn mesh_of(coordinates: Vec<[f64; 3]>, hexes: Vec<[u32; 8]>) -> Mesh {
         let node_labels = (0..coordinates.len() as u64).map(|k| NodeLabel(100 + k)).collect();
-        let hex_labels = (0..hexes.len() as u64).map(|k| ElementLabel(500 + k)).collect();
-        Mesh::new(coordinates, node_labels, hexes, hex_labels, vec![]).unwrap()
+        let element_labels = (0..hexes.len() as u64).map(|k| ElementLabel(500 + k)).collect();
+        Mesh::new(coordinates, node_labels, hexes, element_labels, vec![]).unwrap()
     }
 
     fn unit_cube() -> Vec<[f64; 3]> {
@@ -342,7 +422,7 @@ mod tests {
     #[test]
     fn a_unit_cube_is_perfect() {
         let report = QualityReport::new(&mesh_of(unit_cube(), vec![STRAIGHT]));
-        let hex = report.hexes()[0];
+        let hex = report.elements()[0];
         assert_eq!((hex.min_jacobian, hex.scaled_jacobian), (1.0, 1.0));
         assert!((hex.volume - 1.0).abs() < 1e-15);
         assert!(report.errors().is_empty());
@@ -352,7 +432,7 @@ mod tests {
     #[test]
     fn a_sheared_hex_keeps_its_volume_and_loses_quality() {
         let sheared: Vec<_> = unit_cube().iter().map(|x| [x[0] + x[1], x[1], x[2]]).collect();
-        let hex = QualityReport::new(&mesh_of(sheared, vec![STRAIGHT])).hexes()[0];
+        let hex = QualityReport::new(&mesh_of(sheared, vec![STRAIGHT])).elements()[0];
         assert!((hex.volume - 1.0).abs() < 1e-15);
         assert!((hex.scaled_jacobian - 0.5_f64.sqrt()).abs() < 1e-15);
     }
@@ -391,7 +471,32 @@ mod tests {
         assert_eq!(report.duplicates(), [ElementLabel(501)]);
         assert_eq!(report.unused_nodes(), [NodeLabel(108)]);
         let text: Vec<String> = report.errors().iter().map(ToString::to_string).collect();
-        assert_eq!(text[0], "elements 500 and 501 have the same eight nodes; remove one of them");
+        assert_eq!(text[0], "elements 500 and 501 have the same nodes; remove one of them");
+    }
+
+    /// The best element of each shape has the quality 1 and the volume that geometry gives it, the tets however they are numbered.
+    #[test]
+    fn elements_with_equal_edges_are_perfect() {
+        let (half, root) = (0.75_f64.sqrt(), 0.5_f64.sqrt());
+        let triangle = |z: f64| [[0.0, 0.0, z], [1.0, 0.0, z], [0.5, half, z]];
+        let wedge = [triangle(0.0), triangle(1.0)].concat();
+        let pyramid = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.5, root]].to_vec();
+        let tet = [triangle(0.0).to_vec(), vec![[0.5, half / 3.0, (2.0_f64 / 3.0).sqrt()]]].concat();
+        let middle = |[a, b]: [usize; 2]| std::array::from_fn(|i| 0.5 * (tet[a][i] + tet[b][i]));
+        let tet10 = [tet.clone(), [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]].map(middle).to_vec()].concat();
+        for (shape, nodes, volume) in [
+            (Shape::Wedge6, wedge, 0.5 * half),
+            (Shape::Pyramid5, pyramid, root / 3.0),
+            (Shape::Tet4, tet.clone(), root / 6.0),
+            (Shape::Tet10, tet10, root / 6.0),
+        ] {
+            let quality = ElementQuality::new(shape, &nodes);
+            assert!((quality.scaled_jacobian - 1.0).abs() < 1e-14, "{shape}: {quality:?}");
+            assert!((quality.volume - volume).abs() < 1e-15, "{shape}: {quality:?}");
+            let mirrored: Vec<[f64; 3]> = nodes.iter().map(|x| [x[0], x[1], -x[2]]).collect();
+            let quality = ElementQuality::new(shape, &mirrored);
+            assert!((quality.volume + volume).abs() < 1e-15 && quality.scaled_jacobian < -0.99, "{shape}: {quality:?}");
+        }
     }
 
     #[test]

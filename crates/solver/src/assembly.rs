@@ -44,4 +44,15 @@ impl RowLists {
         }
         sum
     }
+
+    /// Sum of all four numbers of the rows of `node`.
+    pub fn sums(&self, rows: &[[f64; 4]], node: usize) -> [f64; 4] {
+        let mut sums = [0.0; 4];
+        for &row in &self.rows[self.starts[node] as usize..self.starts[node + 1] as usize] {
+            for (sum, number) in sums.iter_mut().zip(rows[row as usize]) {
+                *sum += number;
+            }
+        }
+        sums
+    }
 }

@@ -216,23 +216,23 @@ impl Simulation {
         let (step, time) = (self.step, self.time);
         let elements = &self.elements;
         if elements.min_jacobian.value <= 0.0 {
-            let (hex, jacobian) = (elements.min_jacobian.hex, elements.min_jacobian.value);
-            return Err(SimulationError::ElementInverted { hex, jacobian, step, time });
+            let (element, jacobian) = (elements.min_jacobian.element, elements.min_jacobian.value);
+            return Err(SimulationError::ElementInverted { element, jacobian, step, time });
         }
-        if let Some(hex) = elements.not_finite {
-            return Err(SimulationError::NotFinite { hex, step, time });
+        if let Some(element) = elements.not_finite {
+            return Err(SimulationError::NotFinite { element, step, time });
         }
         let time_step = self.next_time_step;
         if time + time_step <= time {
-            let hex = elements.stable_time_step.hex;
-            return Err(SimulationError::Standstill { hex, time_step, step, time });
+            let element = elements.stable_time_step.element;
+            return Err(SimulationError::Standstill { element, time_step, step, time });
         }
         let stable = self.stable_time_step();
         if stable < self.least_stable_time_step && !self.is_finished() {
             let factor = self.settings.safety_factor;
-            let (hex, time_step) = (elements.stable_time_step.hex, factor * stable);
+            let (element, time_step) = (elements.stable_time_step.element, factor * stable);
             let limit = factor * self.least_stable_time_step;
-            return Err(SimulationError::TimeStepTooSmall { hex, time_step, limit, step, time });
+            return Err(SimulationError::TimeStepTooSmall { element, time_step, limit, step, time });
         }
         let (error, limit) = (self.energies.error(), self.settings.energy_error_limit);
         // an error that is not a number is not within the limit

@@ -2,6 +2,7 @@
 //! user's labels says them.
 
 use crate::model::Direction;
+use estar_mesh::Shape;
 
 /// A model that cannot be simulated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -16,45 +17,55 @@ pub enum ModelError {
         /// How many there are.
         count: usize,
     },
-    /// A part without hexes.
-    #[error("part {part} has no hexes")]
+    /// A part without elements.
+    #[error("part {part} has no elements")]
     EmptyPart {
         /// Position of the part in the model.
         part: usize,
     },
-    /// A hex that belongs to two parts.
-    #[error("hex {hex} belongs to part {first} and to part {second}")]
-    HexInTwoParts {
-        /// The hex.
-        hex: u32,
+    /// An element of a shape that the part's formulation is not made for.
+    #[error("element {element} is a {shape}, which elements of part {part} are not made for")]
+    WrongShape {
+        /// Position of the part in the model.
+        part: usize,
+        /// The element.
+        element: u32,
+        /// Its shape.
+        shape: Shape,
+    },
+    /// An element that belongs to two parts.
+    #[error("element {element} belongs to part {first} and to part {second}")]
+    ElementInTwoParts {
+        /// The element.
+        element: u32,
         /// Position of the first part in the model.
         first: usize,
         /// Position of the second.
         second: usize,
     },
-    /// Hexes that belong to no part.
-    #[error("{count} hexes belong to no part, the first is {first}")]
-    HexWithoutPart {
+    /// Elements that belong to no part.
+    #[error("{count} elements belong to no part, the first is {first}")]
+    ElementWithoutPart {
         /// How many.
         count: usize,
         /// The first of them.
         first: u32,
     },
-    /// A hex that is inside out, or so distorted that a corner has no mass.
-    #[error("hex {hex} is inverted or too distorted: its smallest {what} is {value:?}")]
-    BadHex {
-        /// The hex.
-        hex: u32,
+    /// An element that is inside out, or so distorted that a corner has no mass.
+    #[error("element {element} is inverted or too distorted: its smallest {what} is {value:?}")]
+    BadElement {
+        /// The element.
+        element: u32,
         /// What is not positive.
         what: &'static str,
         /// Its value.
         value: f64,
     },
-    /// A hex whose force, energy or stable time step is not a number or infinite before anything has moved.
-    #[error("a value in hex {hex} is not finite at the start")]
+    /// An element whose force, energy or stable time step is not a number or infinite before anything has moved.
+    #[error("a value in element {element} is not finite at the start")]
     NotFinite {
-        /// The hex.
-        hex: u32,
+        /// The element.
+        element: u32,
     },
     /// Nodes that no element uses.
     #[error("{count} nodes belong to no element, the first is {first}")]
@@ -87,6 +98,12 @@ pub enum ModelError {
         node: u32,
         /// How deep it is, m.
         depth: f64,
+    },
+    /// A part whose elements the time step of the assembled mesh does not know.
+    #[error("the time step of the assembled mesh is not known for the elements of part {part}")]
+    NoGlobalTimeStep {
+        /// Position of the part in the model.
+        part: usize,
     },
     /// More mass than allowed that the target step of mass scaling would add to a part.
     #[error(
@@ -135,10 +152,10 @@ pub enum ConstraintSource {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SimulationError {
     /// An element turned inside out.
-    #[error("hex {hex} inverted (det F = {jacobian:?}) at step {step}, t = {time:?} s")]
+    #[error("element {element} inverted (det F = {jacobian:?}) at step {step}, t = {time:?} s")]
     ElementInverted {
-        /// The hex.
-        hex: u32,
+        /// The element.
+        element: u32,
         /// Smallest det F of its points.
         jacobian: f64,
         /// Step.
@@ -147,10 +164,10 @@ pub enum SimulationError {
         time: f64,
     },
     /// A force, an energy or a time step that is infinite or not a number.
-    #[error("a value in hex {hex} is not finite at step {step}, t = {time:?} s")]
+    #[error("a value in element {element} is not finite at step {step}, t = {time:?} s")]
     NotFinite {
-        /// The hex.
-        hex: u32,
+        /// The element.
+        element: u32,
         /// Step.
         step: u64,
         /// Time, s.
@@ -158,11 +175,11 @@ pub enum SimulationError {
     },
     /// A time step so small that it no longer moves the time.
     #[error(
-        "the time step {time_step:?} s, which hex {hex} controls, no longer moves the time {time:?} s at step {step}"
+        "the time step {time_step:?} s, which element {element} controls, no longer moves the time {time:?} s at step {step}"
     )]
     Standstill {
-        /// The hex that controls the step.
-        hex: u32,
+        /// The element that controls the step.
+        element: u32,
         /// The step that comes, s.
         time_step: f64,
         /// Step.
@@ -172,12 +189,12 @@ pub enum SimulationError {
     },
     /// A stable time step below the smallest allowed.
     #[error(
-        "the time step {time_step:?} s, which hex {hex} controls, is below the limit {limit:?} s at step {step}, \
+        "the time step {time_step:?} s, which element {element} controls, is below the limit {limit:?} s at step {step}, \
          t = {time:?} s"
     )]
     TimeStepTooSmall {
-        /// The hex that controls the step.
-        hex: u32,
+        /// The element that controls the step.
+        element: u32,
         /// The step that would come, s.
         time_step: f64,
         /// The limit, s.

@@ -4,6 +4,7 @@
 //! `central_difference.rs` first.
 
 mod assembly;
+mod averages;
 mod central_difference;
 mod constraints;
 mod curve;

@@ -3,8 +3,7 @@
 
 use crate::patch::{PATCH, Patches};
 use crate::solid_block::{MOST_LANES, NodalMotion, gather, rest, subtract};
-use estar_element::element::{Element, ElementStep, Tangent};
-use estar_element::hex8::{CORNERS, HexMotion};
+use estar_element::element::{Element, ElementMotion, ElementStep, Tangent};
 use estar_material::IsotropicElasticity;
 use estar_tensor::{Kernel, Real, Vector3};
 use rayon::prelude::*;
@@ -19,13 +18,13 @@ pub(crate) struct LinearPack<R> {
 
 /// A block of elements in linear motion.
 #[derive(Clone, Copy)]
-pub(crate) struct Linear<'a, E> {
+pub(crate) struct Linear<'a, E, const NODES: usize> {
     pub element: E,
     pub elasticity: &'a IsotropicElasticity,
     pub patches: &'a Patches,
 }
 
-impl<E: Element> Linear<'_, E> {
+impl<E: Element<NODES>, const NODES: usize> Linear<'_, E, NODES> {
     /// Finds the tangents of all packs at t_n with the damping of the step.
     pub fn find_tangents<R: Real>(
         self,
@@ -36,7 +35,7 @@ impl<E: Element> Linear<'_, E> {
     ) {
         let Self { element, elasticity, patches } = self;
         let packs = PATCH / R::LANES;
-        let corners = patches.corners().par_chunks(packs * CORNERS * R::LANES);
+        let corners = patches.corners().par_chunks(packs * NODES * R::LANES);
         let work = linear.par_chunks_mut(packs).zip(corners).zip(corner_mass.par_chunks(packs)).enumerate();
         work.for_each(|(patch, ((linear, corners), corner_mass))| {
             let places = Places { motion, nodes: patches.nodes(patch), corners };
@@ -48,7 +47,7 @@ impl<E: Element> Linear<'_, E> {
     pub fn apply_tangents<R: Real>(
         self,
         motion: NodalMotion<'_>,
-        hexes: &[u32],
+        members: &[u32],
         linear: &[LinearPack<R>],
         patch_forces: &mut [[f64; 4]],
     ) {
@@ -56,36 +55,37 @@ impl<E: Element> Linear<'_, E> {
         let packs = PATCH / R::LANES;
         let work = patch_forces
             .par_chunks_mut(patches.stride())
-            .zip(hexes.par_chunks(PATCH))
-            .zip(patches.corners().par_chunks(packs * CORNERS * R::LANES))
+            .zip(members.par_chunks(PATCH))
+            .zip(patches.corners().par_chunks(packs * NODES * R::LANES))
             .zip(linear.par_chunks(packs))
             .enumerate();
-        work.for_each(|(patch, (((forces, hexes), corners), linear))| {
+        work.for_each(|(patch, (((forces, members), corners), linear))| {
             let nodes = patches.nodes(patch);
             let (places, forces) = (Places { motion, nodes, corners }, &mut forces[..nodes.len()]);
-            R::vectorize(LinearKernel { element, elasticity, places, count: hexes.len(), linear, forces });
+            R::vectorize(LinearKernel { element, elasticity, places, count: members.len(), linear, forces });
         });
     }
 }
 
 /// Where the nodes of a patch are and how they move.
-struct Places<'a> {
+struct Places<'a, const NODES: usize> {
     motion: NodalMotion<'a>,
     nodes: &'a [u32],
     corners: &'a [u16],
 }
 
-impl Places<'_> {
+impl<const NODES: usize> Places<'_, NODES> {
     /// The motion of a pack; deleted elements stand still where they began.
     #[inline(always)]
-    fn motion<R: Real>(&self, pack: usize, stable_time_step: R, corner_mass: R) -> HexMotion<R> {
-        let count = CORNERS * R::LANES;
-        let mut nodes = [0; CORNERS * MOST_LANES];
+    fn motion<R: Real>(&self, pack: usize, stable_time_step: R, corner_mass: R) -> ElementMotion<R, NODES> {
+        let count = NODES * R::LANES;
+        let mut nodes = [[0; MOST_LANES]; NODES];
+        let nodes = nodes.as_flattened_mut();
         for (node, &corner) in nodes.iter_mut().zip(&self.corners[pack * count..(pack + 1) * count]) {
             *node = self.nodes[corner as usize];
         }
-        let (nodes, corner) = (&nodes[..count], [Vector3::zero(); CORNERS]);
-        let mut motion = HexMotion { reference: corner, position: corner, velocity: corner, corner_mass };
+        let (nodes, corner) = (&nodes[..count], [Vector3::zero(); NODES]);
+        let mut motion = ElementMotion { reference: corner, position: corner, velocity: corner, corner_mass };
         gather(&mut motion.reference, self.motion.reference, nodes);
         gather(&mut motion.position, self.motion.displacement, nodes);
         gather(&mut motion.velocity, self.motion.velocity, nodes);
@@ -98,16 +98,16 @@ impl Places<'_> {
 }
 
 /// Finds the tangents of a patch.
-struct TangentKernel<'a, E, R> {
+struct TangentKernel<'a, E, R, const NODES: usize> {
     element: E,
     elasticity: &'a IsotropicElasticity,
-    places: Places<'a>,
+    places: Places<'a, NODES>,
     step: &'a ElementStep,
     corner_mass: &'a [R],
     linear: &'a mut [LinearPack<R>],
 }
 
-impl<E: Element, R: Real> Kernel for TangentKernel<'_, E, R> {
+impl<E: Element<NODES>, R: Real, const NODES: usize> Kernel for TangentKernel<'_, E, R, NODES> {
     type Output = ();
 
     #[inline(always)]
@@ -123,33 +123,33 @@ impl<E: Element, R: Real> Kernel for TangentKernel<'_, E, R> {
 }
 
 /// Linear forces of a patch.
-struct LinearKernel<'a, E, R> {
+struct LinearKernel<'a, E, R, const NODES: usize> {
     element: E,
     elasticity: &'a IsotropicElasticity,
-    places: Places<'a>,
+    places: Places<'a, NODES>,
     /// Elements.
     count: usize,
     linear: &'a [LinearPack<R>],
     forces: &'a mut [[f64; 4]],
 }
 
-impl<E: Element, R: Real> Kernel for LinearKernel<'_, E, R> {
+impl<E: Element<NODES>, R: Real, const NODES: usize> Kernel for LinearKernel<'_, E, R, NODES> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let mut corner_forces = [[[0.0; 4]; CORNERS]; MOST_LANES];
+        let mut corner_forces = [[[0.0; 4]; NODES]; MOST_LANES];
         self.forces.fill([0.0; 4]);
-        let corners = self.places.corners.chunks_exact(CORNERS * R::LANES);
+        let corners = self.places.corners.chunks_exact(NODES * R::LANES);
         for ((pack, linear), corners) in self.linear.iter().enumerate().zip(corners) {
             let motion = self.places.motion(pack, linear.stable_time_step, R::splat(0.0));
             let forces =
                 self.element.linear_forces(self.elasticity, &linear.tangent, &motion.position, &motion.velocity);
             for (corner, force) in forces.iter().enumerate() {
-                R::scatter(force.0, &mut corner_forces.as_flattened_mut()[corner..], CORNERS);
+                R::scatter(force.0, &mut corner_forces.as_flattened_mut()[corner..], NODES);
             }
             let lanes = (self.count - pack * R::LANES).min(R::LANES);
-            subtract::<R>(self.forces, &corner_forces[..lanes], corners);
+            subtract::<R, NODES>(self.forces, &corner_forces[..lanes], corners);
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::curve::Curve;
 use crate::energy::CentredWork;
 use crate::model::LoadKind;
+use estar_mesh::Face;
 
 /// Coordinate of the Gauss points of a face, 1/√3.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
@@ -25,7 +26,7 @@ enum Rule {
     Constant,
     /// `faces` hold positions in `NodalLoad::nodes`.
     Pressure {
-        faces: Vec<[u32; 4]>,
+        faces: Vec<Face>,
         curve: Curve,
     },
     /// `areas` belong to the nodes: ∫ N_a dA on the reference configuration, m².
@@ -61,10 +62,8 @@ impl NodalLoad {
                 let (nodes, faces) = local_faces(faces);
                 let mut areas = vec![0.0; nodes.len()];
                 for face in &faces {
-                    let corners = face.map(|corner| reference[nodes[corner as usize] as usize]);
-                    for (corner, area) in face_area_vectors(&corners, norm) {
-                        areas[face[corner] as usize] += area;
-                    }
+                    let place = |node: u32| reference[nodes[node as usize] as usize];
+                    area_vectors(face, place, norm, |node, area| areas[node as usize] += area);
                 }
                 let forces = vec![[0.0; 3]; nodes.len()];
                 let rule = Rule::Traction { areas, direction: *direction, curve: curve.clone() };
@@ -88,16 +87,17 @@ impl NodalLoad {
                 let pressure = curve.value(time);
                 self.forces.fill([0.0; 3]);
                 for face in faces {
-                    let corners = face.map(|corner| {
-                        let node = self.nodes[corner as usize] as usize;
+                    let place = |node: u32| {
+                        let node = self.nodes[node as usize] as usize;
                         std::array::from_fn(|i| reference[node][i] + displacement[node][i])
-                    });
-                    for (corner, area) in face_area_vectors(&corners, |vector| vector) {
-                        let force = &mut self.forces[face[corner] as usize];
-                        for (force, area) in force.iter_mut().zip(area) {
+                    };
+                    let forces = &mut self.forces;
+                    let add = |node: u32, area: [f64; 3]| {
+                        for (force, area) in forces[node as usize].iter_mut().zip(area) {
                             *force -= pressure * area;
                         }
-                    }
+                    };
+                    area_vectors(face, place, |vector| vector, add);
                 }
             }
             Rule::Traction { areas, direction, curve } => {
@@ -126,13 +126,43 @@ impl NodalLoad {
 }
 
 /// The nodes of the faces, sorted, and the faces as positions among them.
-fn local_faces(faces: &[[u32; 4]]) -> (Vec<u32>, Vec<[u32; 4]>) {
-    let mut nodes: Vec<u32> = faces.iter().flatten().copied().collect();
+fn local_faces(faces: &[Face]) -> (Vec<u32>, Vec<Face>) {
+    let mut nodes: Vec<u32> = faces.iter().flat_map(Face::nodes).copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
     let local = |node| nodes.partition_point(|&other| other < node) as u32;
     let faces = faces.iter().map(|face| face.map(local)).collect();
     (nodes, faces)
+}
+
+/// Hands ∫ N_a `measure`(∂x/∂ξ × ∂x/∂η) dξ dη of each node a of a face, whose nodes are at `place`, to `add`.
+fn area_vectors<T: Accumulate>(
+    face: &Face,
+    place: impl Fn(u32) -> [f64; 3],
+    measure: impl Fn([f64; 3]) -> T,
+    mut add: impl FnMut(u32, T),
+) {
+    match face {
+        Face::Quad4(nodes) => {
+            for (corner, area) in face_area_vectors(&nodes.map(&place), measure) {
+                add(nodes[corner], area);
+            }
+        }
+        Face::Triangle3(nodes) => {
+            // N_a integrates to a third of the area
+            let [a, b, c] = nodes.map(place);
+            let third = T::ZERO.plus(measure(cross(minus(b, a), minus(c, a))), 1.0 / 6.0);
+            nodes.iter().for_each(|&node| add(node, third));
+        }
+        // as the motion of `tet10`, four triangles
+        Face::Triangle6([a, b, c, ab, bc, ca]) => {
+            for nodes in [[*a, *ab, *ca], [*ab, *b, *bc], [*ca, *bc, *c], [*ab, *bc, *ca]] {
+                let [x, y, z] = nodes.map(&place);
+                let third = T::ZERO.plus(measure(cross(minus(y, x), minus(z, x))), 1.0 / 6.0);
+                nodes.iter().for_each(|&node| add(node, third));
+            }
+        }
+    }
 }
 
 /// ∫ N_a `measure`(∂x/∂ξ × ∂x/∂η) dξ dη for each corner a of a bilinear face; exact for the vector itself.
@@ -147,15 +177,21 @@ fn face_area_vectors<T: Accumulate>(corners: &[[f64; 3]; 4], measure: impl Fn([f
                 along_eta[i] += 0.25 * sign_eta * (1.0 + sign_xi * xi) * corner[i];
             }
         }
-        let [a, b, c] = along_xi;
-        let [x, y, z] = along_eta;
-        let measured = measure([b * z - c * y, c * x - a * z, a * y - b * x]);
+        let measured = measure(cross(along_xi, along_eta));
         for ((_, sum), [sign_xi, sign_eta]) in sums.iter_mut().zip(FACE_SIGNS) {
             let shape_function = 0.25 * (1.0 + sign_xi * xi) * (1.0 + sign_eta * eta);
             *sum = sum.plus(measured, shape_function);
         }
     }
     sums
+}
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 
 fn norm(vector: [f64; 3]) -> f64 {
@@ -192,7 +228,7 @@ mod tests {
     #[test]
     fn pressure_on_a_rectangle_is_shared_equally_and_points_inwards() {
         let curve = Curve::new(vec![[0.0, 0.0], [1.0, 8.0]], Interpolation::Linear).unwrap();
-        let kind = LoadKind::Pressure { faces: vec![[0, 1, 2, 3]], curve };
+        let kind = LoadKind::Pressure { faces: vec![[0, 1, 2, 3].into()], curve };
         let mut load = NodalLoad::new(&kind, &FACE, &[1.0; 4]);
         let mut external = vec![[0.0; 3]; 4];
         load.apply(0.5, &FACE, &[[0.0; 3]; 4], &mut external);
@@ -204,8 +240,11 @@ mod tests {
 
     #[test]
     fn traction_keeps_its_direction_and_area_when_the_body_moves() {
-        let kind =
-            LoadKind::Traction { faces: vec![[0, 1, 2, 3]], direction: [0.0, 1.0, 0.0], curve: Curve::constant(2.0) };
+        let kind = LoadKind::Traction {
+            faces: vec![[0, 1, 2, 3].into()],
+            direction: [0.0, 1.0, 0.0],
+            curve: Curve::constant(2.0),
+        };
         let mut load = NodalLoad::new(&kind, &FACE, &[1.0; 4]);
         let mut external = vec![[0.0; 3]; 4];
         let moved: Vec<[f64; 3]> = FACE.iter().map(|x| [x[1], -x[0], 7.0 * x[0]]).collect();
@@ -213,5 +252,32 @@ mod tests {
         let total: f64 = external.iter().map(|force| force[1]).sum();
         assert!((total - 12.0).abs() < 1e-14);
         assert_eq!(external[0][0], 0.0);
+    }
+
+    /// A triangle of three nodes shares its load equally; one of six is four of them, so that a corner has a twelfth and a middle
+    /// a quarter. Its area vector is that of its boundary, ½ Σ x × Δx, also when it is not flat.
+    #[test]
+    fn triangles_share_their_load_as_their_elements_move() {
+        let mut nodes =
+            [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.5, 0.0], [0.0, 1.5, 0.0]];
+        let areas = |face: Face, nodes: &[[f64; 3]; 6]| {
+            let mut areas = [[0.0; 3]; 6];
+            let add = |node: u32, area: [f64; 3]| areas[node as usize] = areas[node as usize].plus(area, 1.0);
+            area_vectors(&face, |node| nodes[node as usize], |vector| vector, add);
+            areas
+        };
+        let six = Face::from([0, 1, 2, 3, 4, 5]);
+        for (face, of_corner, of_middle) in [(Face::from([0, 1, 2]), 1.0, 0.0), (six, 0.25, 0.75)] {
+            for (node, area) in areas(face, &nodes).iter().enumerate() {
+                let expected = [0.0, 0.0, if node < 3 { of_corner } else { of_middle }];
+                assert!(norm(minus(*area, expected)) < 1e-15, "{area:?}");
+            }
+        }
+        nodes[4] = [1.2, 1.6, 0.3];
+        nodes[3] = [1.1, -0.2, 0.1];
+        let sum = areas(six, &nodes).into_iter().fold([0.0; 3], |sum, area| sum.plus(area, 1.0));
+        let around = [[0, 3], [3, 1], [1, 4], [4, 2], [2, 5], [5, 0]];
+        let around = around.iter().fold([0.0; 3], |sum, &[a, b]| sum.plus(cross(nodes[a], nodes[b]), 0.5));
+        assert!(norm(minus(sum, around)) < 1e-14, "{sum:?} {around:?}");
     }
 }

@@ -6,8 +6,8 @@
 //! Added mass has inertia but no weight. The ledger shows the kinetic energy of it.
 
 use crate::error::ModelError;
-use crate::model::MassScaling;
-use crate::simulation::{Simulation, corner_mass};
+use crate::model::{Formulation, MassScaling};
+use crate::simulation::{Simulation, corner_masses_of};
 
 /// An element that a target makes heavier.
 struct Light {
@@ -27,12 +27,12 @@ impl Light {
 }
 
 impl Simulation {
-    /// Makes the elements heavier that do not allow the target step. `densities` are those of the parts, with the factor of the
-    /// scaling in them; `added` takes the mass that each part gets.
+    /// Makes the elements heavier that do not allow the target step. `makes` are elements and density of the parts, with the factor of
+    /// the scaling in it; `masses` are their own, and `added` takes what each gets.
     pub(crate) fn scale_to_target(
         &mut self,
         scaling: &MassScaling,
-        densities: &[f64],
+        makes: &[(Formulation, f64)],
         masses: &[f64],
         added: &mut [f64],
     ) -> Result<(), ModelError> {
@@ -42,10 +42,12 @@ impl Simulation {
         let share = self.settings.safety_factor * self.elements.stable_time_step.value / undamped;
         for (part, block) in self.blocks.iter_mut().enumerate() {
             let mut light = Vec::new();
-            for (element, &hex) in block.elements.hexes().iter().enumerate() {
+            let (formulation, density) = makes[part];
+            for (element, &member) in block.elements.members().iter().enumerate() {
                 let time_step = share * block.elements.stable_time_step(element);
                 if time_step < target {
-                    let mass = corner_mass(hex, &self.mesh, densities[part])?.iter().sum();
+                    let corners = corner_masses_of(formulation, member, &self.mesh, density)?;
+                    let mass = corners.iter().map(|(_, mass)| mass).sum();
                     light.push(Light { element, mass, time_step });
                 }
             }
@@ -64,9 +66,8 @@ impl Simulation {
             }
             added[part] += of_target;
             for light in light {
-                let (factor, hex) = (light.factor(target), block.elements.hexes()[light.element]);
-                let corner_mass = corner_mass(hex, &self.mesh, densities[part])?;
-                for (&node, corner_mass) in self.mesh.hexes()[hex as usize].iter().zip(corner_mass) {
+                let (factor, member) = (light.factor(target), block.elements.members()[light.element]);
+                for (node, corner_mass) in corner_masses_of(formulation, member, &self.mesh, density)? {
                     self.nodes.mass[node as usize] += (factor - 1.0) * corner_mass;
                 }
                 block.elements.scale_mass(light.element, factor);

@@ -2,7 +2,6 @@
 
 use crate::model::{Formulation, Model, OnInversion, TimeStep};
 use estar_element::element::{Element, ElementVisitor};
-use estar_element::hex8::CORNERS;
 use estar_material::{Material, MaterialVisitor};
 use estar_mesh::Mesh;
 use std::marker::PhantomData;
@@ -25,20 +24,25 @@ pub fn memory_needed(mesh: &Mesh, model: &Model) -> usize {
     let (of_estimate, of_tangent) = if estimates { (2 * vector, 6 * number) } else { (0, 0) };
     let of_node = (vector + number) + (4 * vector + number) + external_force + 4 * index + of_estimate;
 
-    let corners = CORNERS * size_of::<u16>();
     let row = size_of::<[f64; 4]>() + 2 * index;
-    // nodes and label in the mesh, nodes once more while the block is made
-    let of_hex = 2 * CORNERS * index + number + corners + 2 * number + index + ROWS * row / OF_ELEMENTS + of_tangent;
+    // label, number, position of the first node and shape in the mesh, mass and step in the block
+    let of_element = number + index + number + 1 + 2 * number + ROWS * row / OF_ELEMENTS + of_tangent;
+    // in the mesh, once more while the block is made, and its place in a patch
+    let of_corner = 2 * index + size_of::<u16>();
 
     let deletes = model.settings.on_inversion == OnInversion::Delete;
     let energy = if deletes { number } else { 0 };
-    let histories: usize =
-        model.parts.iter().map(|part| part.hexes.len() * (part.material.visit(BytesOf(part.element)) + energy)).sum();
+    let histories: usize = model
+        .parts
+        .iter()
+        .map(|part| part.elements.len() * (part.material.visit(BytesOf(part.element)) + energy))
+        .sum();
     let of_group = |group: &estar_mesh::Group| {
-        size_of_val(&*group.nodes) + size_of_val(&*group.hexes) + size_of_val(&*group.faces)
+        size_of_val(&*group.nodes) + size_of_val(&*group.elements) + size_of_val(&*group.faces)
     };
     let groups: usize = mesh.groups().iter().map(of_group).sum();
-    mesh.node_count() * of_node + mesh.hex_count() * of_hex + histories + groups
+    let elements = mesh.element_count() * of_element + mesh.elements().all_nodes().len() * of_corner;
+    mesh.node_count() * of_node + elements + histories + groups
 }
 
 /// Bytes of the history of one element.
@@ -57,7 +61,7 @@ struct BytesOfMaterial<M>(PhantomData<M>);
 impl<M: Material> ElementVisitor for BytesOfMaterial<M> {
     type Output = usize;
 
-    fn visit<E: Element>(self, _: E) -> usize {
+    fn visit<const NODES: usize, E: Element<NODES>>(self, _: E) -> usize {
         size_of::<E::History<f64, M::State<f64>>>()
     }
 }

@@ -5,12 +5,15 @@ pub use estar_element::bulk_viscosity::BulkViscosity;
 use estar_element::element::ElementVisitor;
 use estar_element::hex8;
 pub use estar_element::hex8_one_point::HourglassControl;
+use estar_element::tet4::Tet4;
+use estar_element::tet10::Tet10;
 use estar_material::MaterialModel;
+use estar_mesh::{Face, Shape};
 
-/// A complete problem on a mesh. Node, hex and face indices are positions in the mesh that the simulation is made with.
+/// A complete problem on a mesh. Node and element indices are positions in the mesh that the simulation is made with.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
-    /// Parts: together they must own every hex exactly once.
+    /// Parts: together they must own every element exactly once.
     pub parts: Vec<Part>,
     /// Nodes held at rest.
     pub fixes: Vec<Fix>,
@@ -29,8 +32,8 @@ pub struct Model {
 /// Elements of one material and one formulation.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// Hexes of the part, in any order.
-    pub hexes: Vec<u32>,
+    /// Elements of the mesh that are the part, in any order, all of shapes that the formulation is made for.
+    pub elements: Vec<u32>,
     /// Their material.
     pub material: MaterialModel,
     /// Their element.
@@ -48,6 +51,10 @@ pub enum Formulation {
     BBar,
     /// One point and hourglass control.
     OnePoint(HourglassControl),
+    /// Tets of four nodes, volume change and pressure averaged over nodes.
+    Tet4,
+    /// Tets of ten nodes, the volume change and the pressure of the whole element.
+    Tet10,
 }
 
 impl Formulation {
@@ -58,6 +65,23 @@ impl Formulation {
             Self::FBar => visitor.visit(hex8::Formulation::FBar),
             Self::BBar => visitor.visit(hex8::Formulation::BBar),
             Self::OnePoint(control) => visitor.visit(control),
+            Self::Tet4 => visitor.visit(Tet4),
+            Self::Tet10 => visitor.visit(Tet10),
+        }
+    }
+
+    /// The node at each of its corners, of an element of the given shape; none where it is not made for the shape. Wedges and
+    /// pyramids are hexes some of whose corners fall together; there the centre says so little of the whole that F-bar, whose
+    /// stiffness is not symmetric, makes vibrations grow (a spinning cube of wedges gains a tenth of its energy in half a turn).
+    pub fn places(self, shape: Shape) -> Option<&'static [usize]> {
+        match self {
+            Self::FBar if shape != Shape::Hex8 => None,
+            Self::Full | Self::FBar | Self::BBar | Self::OnePoint(_) => {
+                shape.corners_of_hex().map(<[usize; 8]>::as_slice)
+            }
+            Self::Tet4 if shape == Shape::Tet4 => Some(&[0, 1, 2, 3]),
+            Self::Tet10 if shape == Shape::Tet10 => Some(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]),
+            Self::Tet4 | Self::Tet10 => None,
         }
     }
 }
@@ -163,15 +187,15 @@ pub enum LoadKind {
     },
     /// Pressure on faces, positive into the body, on the current area along the current normal.
     Pressure {
-        /// Corner nodes of each face, right-handed about the outward normal.
-        faces: Vec<[u32; 4]>,
+        /// The faces, right-handed about the outward normal.
+        faces: Vec<Face>,
         /// Pressure, Pa.
         curve: Curve,
     },
     /// Force per reference area of faces in a fixed direction.
     Traction {
-        /// Corner nodes of each face.
-        faces: Vec<[u32; 4]>,
+        /// The faces.
+        faces: Vec<Face>,
         /// Unit vector of the force.
         direction: [f64; 3],
         /// Traction, Pa.

@@ -5,8 +5,6 @@
 //! what. With elements in an order that keeps neighbours together a patch has little more than a node an element, so that
 //! its rows stay in the nearest cache while they are summed.
 
-use estar_element::hex8::CORNERS;
-
 /// Elements of a patch, but for the last of a block; a multiple of every number of lanes. Sums of energies are formed
 /// within a patch first as well.
 pub(crate) const PATCH: usize = 512;
@@ -26,12 +24,12 @@ pub(crate) struct Patches {
 impl Patches {
     /// The patches of the elements with these nodes, `lanes` elements a pack. The last pack is filled up with copies of the
     /// last element.
-    pub fn new(connectivity: &[[u32; CORNERS]], lanes: usize) -> Self {
+    pub fn new<const NODES: usize>(connectivity: &[[u32; NODES]], lanes: usize) -> Self {
         let node_count = connectivity.as_flattened().iter().max().map_or(0, |&node| node as usize + 1);
         // the last patch that has a node, and the node's place in it
         let mut seen = vec![(u32::MAX, 0_u16); node_count];
         let mut patches = Self { nodes: Vec::new(), starts: vec![0], corners: Vec::new(), stride: 0 };
-        patches.corners.reserve_exact(connectivity.len().next_multiple_of(lanes) * CORNERS);
+        patches.corners.reserve_exact(connectivity.len().next_multiple_of(lanes) * NODES);
         for (patch, elements) in connectivity.chunks(PATCH).enumerate() {
             let start = patches.nodes.len();
             for &node in elements.as_flattened() {
@@ -43,7 +41,7 @@ impl Patches {
             }
             for pack in elements.chunks(lanes) {
                 let element = |lane: usize| &pack[lane.min(pack.len() - 1)];
-                for place in 0..CORNERS * lanes {
+                for place in 0..NODES * lanes {
                     let node = element(place % lanes)[place / lanes];
                     patches.corners.push(seen[node as usize].1);
                 }

@@ -8,19 +8,21 @@ use crate::error::ModelError;
 use crate::global_time_step::GlobalTimeStep;
 use crate::loads::NodalLoad;
 use crate::model::{
-    Direction, LoadKind, MassScaling, Model, OnInversion, Part, RigidWall, TimeSettings, TimeStep, WallShape,
+    Direction, Formulation, LoadKind, MassScaling, Model, OnInversion, Part, RigidWall, TimeSettings, TimeStep,
+    WallShape,
 };
 use crate::rigid_wall::MovingWall;
-use crate::solid_block::{Behaviour, BlockReport, ElementBlock, Extreme, Largest, block};
-use estar_element::hex8::{self, CORNERS};
-use estar_mesh::Mesh;
+use crate::solid_block::{Behaviour, BlockReport, ElementBlock, Extreme, Largest, block, corner_nodes};
+use arrayvec::ArrayVec;
+use estar_element::element::{Element, ElementVisitor};
+use estar_mesh::{Face, MOST_NODES, Mesh};
 use estar_tensor::{LaneLevel, Vector3};
 use rayon::prelude::*;
 
 /// Where elements are deleted, those are whose stable time step is below this share of the first of the mesh.
 const DELETED_BELOW: f64 = 0.01;
 
-/// Hexes whose masses are held at a time.
+/// Elements whose masses are held at a time.
 const MASS_CHUNK: usize = 1 << 16;
 
 /// The state of a body at a time t_n, with the velocities of the half step that comes next.
@@ -104,8 +106,8 @@ pub struct Extremes {
     pub min_jacobian: f64,
     /// Stable time step of the mesh, s, without the safety factor.
     pub stable_time_step: f64,
-    /// The hex with the smallest of its own, which sets it unless it is that of the assembled mesh.
-    pub controlling_hex: u32,
+    /// The element with the smallest of its own, which sets it unless it is that of the assembled mesh.
+    pub controlling_element: u32,
 }
 
 impl Simulation {
@@ -118,7 +120,8 @@ impl Simulation {
         check_indices(mesh, &model)?;
         let reference = mesh.coordinates();
         let node_count = reference.len();
-        check_owners(mesh.hex_count(), &model.parts)?;
+        check_shapes(mesh, &model.parts)?;
+        check_owners(mesh.element_count(), &model.parts)?;
         check_directions(&model)?;
         check_walls(&model.walls, reference)?;
 
@@ -127,13 +130,13 @@ impl Simulation {
         let mut elastic_scale = 0.0;
         let scaling = model.settings.mass_scaling;
         let factor = scaling.map_or(1.0, |scaling| scaling.factor);
-        let (mut densities, mut masses, mut added_mass) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut makes, mut masses, mut added_mass) = (Vec::new(), Vec::new(), Vec::new());
         for mut part in std::mem::take(&mut model.parts) {
             // in the order of the mesh neighbours meet in the cache, and a chunk owns a piece of every field
-            part.hexes.sort_unstable();
+            part.elements.sort_unstable();
             let mut part_mass = add_mass(&part, mesh, &mut mass)?;
             part_mass.smallest_corners.iter_mut().for_each(|mass| *mass *= factor);
-            densities.push(part.material.elasticity().density() * factor);
+            makes.push((part.element, part.material.elasticity().density() * factor));
             masses.push(part_mass.total);
             added_mass.push(part_mass.total * (factor - 1.0));
             let elasticity = part.material.elasticity();
@@ -142,8 +145,13 @@ impl Simulation {
                 deletes: model.settings.on_inversion == OnInversion::Delete,
                 watches: model.settings.time_step != TimeStep::Element,
             };
-            let elements = block(part, mesh.hexes(), part_mass.smallest_corners, behaviour, level);
+            let elements = block(part, mesh, part_mass.smallest_corners, behaviour, level);
             blocks.push(Block { elements, min_jacobian: Extreme::NONE, internal_energy: 0.0, hourglass_energy: 0.0 });
+        }
+        if model.settings.time_step != TimeStep::Element
+            && let Some(part) = blocks.iter().position(|block| !block.elements.has_linear_forces())
+        {
+            return Err(ModelError::NoGlobalTimeStep { part });
         }
         let massless: Vec<usize> = (0..node_count).filter(|&node| mass[node] <= 0.0).collect();
         if let Some(&first) = massless.first() {
@@ -210,11 +218,11 @@ impl Simulation {
             },
         };
         simulation.update_elements(0.0);
-        if let Some(hex) = simulation.elements.not_finite {
-            return Err(ModelError::NotFinite { hex });
+        if let Some(element) = simulation.elements.not_finite {
+            return Err(ModelError::NotFinite { element });
         }
         if let Some(scaling) = &scaling {
-            simulation.scale_to_target(scaling, &densities, &masses, &mut added_mass)?;
+            simulation.scale_to_target(scaling, &makes, &masses, &mut added_mass)?;
             let shares = own_mass.iter().zip(&simulation.nodes.mass).map(|(own, mass)| 1.0 - own / mass);
             simulation.added_shares = shares.collect();
             simulation.update_elements(0.0);
@@ -313,13 +321,13 @@ impl Simulation {
             max_temperature: Some(largest.temperature).filter(|temperature| *temperature > f64::NEG_INFINITY),
             min_jacobian: self.elements.min_jacobian.value,
             stable_time_step: self.stable_time_step(),
-            controlling_hex: self.elements.stable_time_step.hex,
+            controlling_element: self.elements.stable_time_step.element,
         }
     }
 
-    /// Smallest det F of the elements of each part of the model and the hex that has it, as of the last step. 1 is the start.
+    /// Smallest det F of the elements of each part of the model and the one that has it, as of the last step. 1 is the start.
     pub fn min_jacobians(&self) -> impl Iterator<Item = (f64, u32)> {
-        self.blocks.iter().map(|block| (block.min_jacobian.value, block.min_jacobian.hex))
+        self.blocks.iter().map(|block| (block.min_jacobian.value, block.min_jacobian.element))
     }
 
     /// Whether elements that turn inside out are deleted.
@@ -332,18 +340,18 @@ impl Simulation {
         self.deleted_count
     }
 
-    /// Whether each hex has been deleted.
+    /// Whether each element has been deleted.
     pub fn deleted(&self) -> Vec<bool> {
         self.stable_time_steps().into_iter().map(|step| step == f64::INFINITY).collect()
     }
 
-    /// Stable time step of every hex, s, without the safety factor and without the effect of bulk viscosity; infinite of
+    /// Stable time step of every element, s, without the safety factor and without the effect of bulk viscosity; infinite of
     /// deleted ones.
     pub fn stable_time_steps(&self) -> Vec<f64> {
-        let mut steps = vec![0.0; self.hex_count()];
+        let mut steps = vec![0.0; self.element_count()];
         for block in &self.blocks {
-            for (element, &hex) in block.elements.hexes().iter().enumerate() {
-                steps[hex as usize] = block.elements.stable_time_step(element);
+            for (place, &element) in block.elements.members().iter().enumerate() {
+                steps[element as usize] = block.elements.stable_time_step(place);
             }
         }
         steps
@@ -379,9 +387,9 @@ impl Simulation {
         self.walls[wall].force
     }
 
-    /// Number of hexes.
-    pub fn hex_count(&self) -> usize {
-        self.mesh.hex_count()
+    /// Number of elements.
+    pub fn element_count(&self) -> usize {
+        self.mesh.element_count()
     }
 
     /// Velocity of a node at t_n, v_n = v_{n+½} − ½ Δt_{n+½} a_n, m/s.
@@ -397,7 +405,7 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 
 /// Mass of a part.
 struct PartMass {
-    /// Smallest corner mass of each of its hexes, kg.
+    /// Smallest corner mass of each of its elements, kg.
     smallest_corners: Vec<f64>,
     /// All of it, kg.
     total: f64,
@@ -406,53 +414,93 @@ struct PartMass {
 /// Adds the lumped mass of a part to its nodes.
 fn add_mass(part: &Part, mesh: &Mesh, mass: &mut [f64]) -> Result<PartMass, ModelError> {
     let density = part.material.elasticity().density();
-    let mut part_mass = PartMass { smallest_corners: Vec::with_capacity(part.hexes.len()), total: 0.0 };
-    // threads find the masses of hexes; the sums, and the first fault, are those of the order of the hexes
+    let mut part_mass = PartMass { smallest_corners: Vec::with_capacity(part.elements.len()), total: 0.0 };
+    // threads find the masses of elements; the sums, and the first fault, are those of the order of the elements
     let mut corner_masses = Vec::new();
-    for hexes in part.hexes.chunks(MASS_CHUNK) {
-        hexes.par_iter().map(|&hex| corner_mass(hex, mesh, density)).collect_into_vec(&mut corner_masses);
-        for (&hex, corner_mass) in hexes.iter().zip(corner_masses.drain(..)) {
-            let corner_mass = corner_mass?;
-            for (&node, &corner_mass) in mesh.hexes()[hex as usize].iter().zip(&corner_mass) {
+    for elements in part.elements.chunks(MASS_CHUNK) {
+        let formulation = part.element;
+        let corner_mass = |&element: &u32| corner_masses_of(formulation, element, mesh, density);
+        elements.par_iter().map(corner_mass).collect_into_vec(&mut corner_masses);
+        for corner_mass in corner_masses.drain(..) {
+            let corner_mass: CornerMasses = corner_mass?;
+            for &(node, corner_mass) in &corner_mass {
                 mass[node as usize] += corner_mass;
             }
-            part_mass.total += corner_mass.iter().sum::<f64>();
-            part_mass.smallest_corners.push(corner_mass.into_iter().fold(f64::INFINITY, f64::min));
+            part_mass.total += corner_mass.iter().map(|(_, mass)| mass).sum::<f64>();
+            let smallest = corner_mass.iter().map(|(_, mass)| *mass).fold(f64::INFINITY, f64::min);
+            part_mass.smallest_corners.push(smallest);
         }
     }
     Ok(part_mass)
 }
 
-/// Lumped mass of the corners of a hex, kg.
-pub(crate) fn corner_mass(hex: u32, mesh: &Mesh, density: f64) -> Result<[f64; CORNERS], ModelError> {
-    let corners = mesh.corners(hex as usize).map(Vector3);
-    let positive = |what, value: f64| {
-        if value.is_finite() && value > 0.0 { Ok(()) } else { Err(ModelError::BadHex { hex, what, value }) }
-    };
-    let jacobian = hex8::smallest_jacobian(&corners);
-    let central = hex8::central_jacobian(&corners);
-    let what = "Jacobian at the quadrature points and the centre";
-    positive(what, if central < jacobian { central } else { jacobian })?;
-    let corner_mass = hex8::lumped_mass(&corners, density);
-    corner_mass.iter().try_for_each(|&mass| positive("corner mass", mass))?;
-    Ok(corner_mass)
+/// The node of each corner of an element and the lumped mass there, kg.
+pub(crate) type CornerMasses = ArrayVec<(u32, f64), MOST_NODES>;
+
+/// Lumped mass of the corners of an element.
+pub(crate) fn corner_masses_of(
+    formulation: Formulation,
+    element: u32,
+    mesh: &Mesh,
+    density: f64,
+) -> Result<CornerMasses, ModelError> {
+    formulation.visit(CornerMass { formulation, element, mesh, density })
 }
 
-/// Every hex belongs to one part.
-fn check_owners(hex_count: usize, parts: &[Part]) -> Result<(), ModelError> {
+/// An element whose corners have a mass.
+struct CornerMass<'a> {
+    formulation: Formulation,
+    element: u32,
+    mesh: &'a Mesh,
+    density: f64,
+}
+
+impl ElementVisitor for CornerMass<'_> {
+    type Output = Result<CornerMasses, ModelError>;
+
+    fn visit<const NODES: usize, E: Element<NODES>>(self, _: E) -> Self::Output {
+        let Self { formulation, element, mesh, density } = self;
+        let nodes: [u32; NODES] = corner_nodes(formulation, mesh, element);
+        let positions = nodes.map(|node| Vector3(mesh.coordinates()[node as usize]));
+        let positive = |what, value: f64| {
+            let is_good = value.is_finite() && value > 0.0;
+            if is_good { Ok(()) } else { Err(ModelError::BadElement { element, what, value }) }
+        };
+        positive("Jacobian at the quadrature points and the centre", E::smallest_jacobian(&positions))?;
+        let corner_mass = E::lumped_mass(&positions, density);
+        corner_mass.iter().try_for_each(|&mass| positive("corner mass", mass))?;
+        Ok(nodes.into_iter().zip(corner_mass).collect())
+    }
+}
+
+/// Every element is of a shape that the formulation of its part is made for.
+fn check_shapes(mesh: &Mesh, parts: &[Part]) -> Result<(), ModelError> {
+    for (position, part) in parts.iter().enumerate() {
+        for &element in &part.elements {
+            let shape = mesh.elements().shape(element as usize);
+            if part.element.places(shape).is_none() {
+                return Err(ModelError::WrongShape { part: position, element, shape });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Every element belongs to one part.
+fn check_owners(element_count: usize, parts: &[Part]) -> Result<(), ModelError> {
     const NOBODY: u32 = u32::MAX;
-    let mut owners = vec![NOBODY; hex_count];
+    let mut owners = vec![NOBODY; element_count];
     for (second, part) in parts.iter().enumerate() {
-        for &hex in &part.hexes {
-            match std::mem::replace(&mut owners[hex as usize], second as u32) {
+        for &element in &part.elements {
+            match std::mem::replace(&mut owners[element as usize], second as u32) {
                 NOBODY => {}
-                first => return Err(ModelError::HexInTwoParts { hex, first: first as usize, second }),
+                first => return Err(ModelError::ElementInTwoParts { element, first: first as usize, second }),
             }
         }
     }
     let orphans = owners.iter().filter(|&&owner| owner == NOBODY);
     match owners.iter().position(|&owner| owner == NOBODY) {
-        Some(first) => Err(ModelError::HexWithoutPart { count: orphans.count(), first: first as u32 }),
+        Some(first) => Err(ModelError::ElementWithoutPart { count: orphans.count(), first: first as u32 }),
         None => Ok(()),
     }
 }
@@ -509,12 +557,12 @@ fn check_indices(mesh: &Mesh, model: &Model) -> Result<(), ModelError> {
         }
         Ok(())
     };
-    let (nodes, hexes) = (mesh.node_count(), mesh.hex_count());
+    let (nodes, elements) = (mesh.node_count(), mesh.element_count());
     for (position, part) in model.parts.iter().enumerate() {
-        if part.hexes.is_empty() {
+        if part.elements.is_empty() {
             return Err(ModelError::EmptyPart { part: position });
         }
-        check("a part", &mut part.hexes.iter().copied(), hexes)?;
+        check("a part", &mut part.elements.iter().copied(), elements)?;
     }
     for fix in &model.fixes {
         check("a fix", &mut fix.nodes.iter().copied(), nodes)?;
@@ -527,7 +575,7 @@ fn check_indices(mesh: &Mesh, model: &Model) -> Result<(), ModelError> {
     }
     for load in &model.loads {
         if let LoadKind::Pressure { faces, .. } | LoadKind::Traction { faces, .. } = &load.kind {
-            check("a load", &mut faces.iter().flatten().copied(), nodes)?;
+            check("a load", &mut faces.iter().flat_map(Face::nodes).copied(), nodes)?;
         }
     }
     Ok(())

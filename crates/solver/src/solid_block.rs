@@ -1,12 +1,15 @@
 //! Blocks of elements of one material and one formulation, packed so that the lanes of a number are elements.
 
-use crate::fields::HexMeans;
+use crate::averages::{NodalAverages, Packs};
+use crate::fields::ElementMeans;
 use crate::linear::{Linear, LinearPack};
 use crate::model::{Formulation, Part};
 use crate::patch::{PATCH, Patches};
-use estar_element::element::{Element, ElementHistory, ElementStep, ElementVisitor, Tangent};
-use estar_element::hex8::{CORNERS, CornerVectors, HexMotion, HexUpdate};
+use estar_element::element::{
+    Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate, ElementVisitor, Tangent,
+};
 use estar_material::{Material, MaterialVisitor};
+use estar_mesh::Mesh;
 use estar_tensor::{Kernel, LaneLevel, Mask, Real, SymmetricTensor, Vector3, WithLanes, array, dispatch, prefetch};
 use rayon::prelude::*;
 
@@ -29,15 +32,15 @@ pub(crate) struct NodalMotion<'a> {
     pub velocity: &'a [[f64; 3]],
 }
 
-/// A value and the hex of the mesh that has it.
+/// A value and the element of the mesh that has it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extreme {
     pub value: f64,
-    pub hex: u32,
+    pub element: u32,
 }
 
 impl Extreme {
-    pub const NONE: Self = Self { value: f64::INFINITY, hex: 0 };
+    pub const NONE: Self = Self { value: f64::INFINITY, element: 0 };
 
     fn smaller(self, other: Self) -> Self {
         if other.value < self.value { other } else { self }
@@ -53,7 +56,7 @@ pub(crate) struct BlockReport {
     pub hourglass_energy: f64,
     pub min_jacobian: Extreme,
     pub stable_time_step: Extreme,
-    /// The first hex with a force or an energy that is not finite.
+    /// The first element with a force or an energy that is not finite.
     pub not_finite: Option<u32>,
     /// Elements that were deleted in the step.
     pub deleted_count: u32,
@@ -138,8 +141,8 @@ impl Largest {
 
 /// A block of elements, whatever their material and number of lanes. Called once a step, not once an element.
 pub(crate) trait ElementBlock: Send + Sync {
-    /// Hexes of the mesh, in the order of the block.
-    fn hexes(&self) -> &[u32];
+    /// Elements of the mesh, in the order of the block.
+    fn members(&self) -> &[u32];
 
     /// The nodes of the block.
     fn patches(&self) -> &Patches;
@@ -168,6 +171,9 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Bytes of the block's own data, rows of forces included, that [`ElementBlock::advance`] reads and writes.
     fn bytes_per_step(&self) -> usize;
 
+    /// Whether the linear forces of its elements are known.
+    fn has_linear_forces(&self) -> bool;
+
     /// Makes an element heavier by a factor, as far as its stable time step goes.
     fn scale_mass(&mut self, element: usize, factor: f64);
 
@@ -180,9 +186,9 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Extremes over the quadrature points.
     fn largest(&self) -> Largest;
 
-    /// Writes the means over the points of each element of a patch to the places of its hexes in the fields; the place of
+    /// Writes the means over the points of each element of a patch to their places in the fields; the place of
     /// the first is at their beginning.
-    fn write_means(&self, patch: usize, means: HexMeans<'_>);
+    fn write_means(&self, patch: usize, means: ElementMeans<'_>);
 
     /// Calls `visit` with every number of every history, in an order that does not depend on the lanes.
     fn for_each_number(&self, visit: &mut dyn FnMut(f64));
@@ -191,82 +197,91 @@ pub(crate) trait ElementBlock: Send + Sync {
     fn restore(&mut self, next: &mut dyn FnMut() -> f64);
 }
 
-/// The block of a part. `corner_mass` is the smallest corner mass of each of its hexes.
+/// The block of a part. `corner_mass` is the smallest corner mass of each of its elements.
 pub(crate) fn block(
     part: Part,
-    hexes: &[[u32; 8]],
+    mesh: &Mesh,
     corner_mass: Vec<f64>,
     behaviour: Behaviour,
     level: LaneLevel,
 ) -> Box<dyn ElementBlock> {
-    let connectivity = part.hexes.iter().map(|&hex| hexes[hex as usize]).collect();
-    let elements = Elements { hexes: part.hexes, connectivity, corner_mass, behaviour };
-    part.material.visit(BlockOf { formulation: part.element, elements, level })
+    let elements = Elements { members: part.elements, formulation: part.element, mesh, corner_mass, behaviour };
+    part.material.visit(BlockOf { elements, level })
 }
 
-struct BlockOf {
-    formulation: Formulation,
-    elements: Elements,
+/// The node at each corner of an element whose shape the formulation is made for.
+pub(crate) fn corner_nodes<const NODES: usize>(formulation: Formulation, mesh: &Mesh, element: u32) -> [u32; NODES] {
+    let (elements, element) = (mesh.elements(), element as usize);
+    let nodes = elements.nodes(element);
+    let places = formulation.places(elements.shape(element)).unwrap_or_default();
+    array(|corner| nodes[places[corner]])
+}
+
+struct BlockOf<'a> {
+    elements: Elements<'a>,
     level: LaneLevel,
 }
 
-impl MaterialVisitor for BlockOf {
+impl MaterialVisitor for BlockOf<'_> {
     type Output = Box<dyn ElementBlock>;
 
     fn visit<M: Material>(self, material: &M) -> Box<dyn ElementBlock> {
-        let Self { formulation, elements, level } = self;
-        formulation.visit(BlockOfMaterial { material: material.clone(), elements, level })
+        let Self { elements, level } = self;
+        elements.formulation.visit(BlockOfMaterial { material: material.clone(), elements, level })
     }
 }
 
-struct BlockOfMaterial<M> {
+struct BlockOfMaterial<'a, M> {
     material: M,
-    elements: Elements,
+    elements: Elements<'a>,
     level: LaneLevel,
 }
 
-impl<M: Material> ElementVisitor for BlockOfMaterial<M> {
+impl<M: Material> ElementVisitor for BlockOfMaterial<'_, M> {
     type Output = Box<dyn ElementBlock>;
 
-    fn visit<E: Element>(self, element: E) -> Box<dyn ElementBlock> {
+    fn visit<const NODES: usize, E: Element<NODES>>(self, element: E) -> Box<dyn ElementBlock> {
         let Self { material, elements, level } = self;
-        dispatch(level, NewBlock { element, elements, material })
+        dispatch(level, NewBlock::<_, _, NODES> { element, elements, material })
     }
 }
 
 /// The elements of a block, not yet packed.
-struct Elements {
-    hexes: Vec<u32>,
-    connectivity: Vec<[u32; CORNERS]>,
+struct Elements<'a> {
+    members: Vec<u32>,
+    formulation: Formulation,
+    mesh: &'a Mesh,
     corner_mass: Vec<f64>,
     behaviour: Behaviour,
 }
 
-struct NewBlock<M, E> {
+struct NewBlock<'a, M, E, const NODES: usize> {
     element: E,
-    elements: Elements,
+    elements: Elements<'a>,
     material: M,
 }
 
-impl<M: Material, E: Element> WithLanes for NewBlock<M, E> {
+impl<M: Material, E: Element<NODES>, const NODES: usize> WithLanes for NewBlock<'_, M, E, NODES> {
     type Output = Box<dyn ElementBlock>;
 
     fn with_lanes<R: Real>(self) -> Box<dyn ElementBlock> {
-        Box::new(SolidBlock::<M, E, R>::new(self))
+        Box::new(SolidBlock::<M, E, R, NODES>::new(self))
     }
 }
 
-type History<M, E, R> = <E as Element>::History<R, <M as Material>::State<R>>;
+type History<M, E, R, const NODES: usize> = <E as Element<NODES>>::History<R, <M as Material>::State<R>>;
 
-/// Elements of one material and one formulation, `R::LANES` side by side. The last pack is filled up with copies of the last element, whose
-/// results nobody reads.
-struct SolidBlock<M: Material, E: Element, R: Real> {
+/// Elements of one material and one formulation, `R::LANES` side by side. The last pack is filled up with copies of the last
+/// element, whose results nobody reads.
+struct SolidBlock<M: Material, E: Element<NODES>, R: Real, const NODES: usize> {
     material: M,
     element: E,
-    hexes: Vec<u32>,
+    members: Vec<u32>,
     patches: Patches,
     corner_mass: Vec<R>,
-    history: Vec<History<M, E, R>>,
+    history: Vec<History<M, E, R, NODES>>,
+    /// What elements that share their volume change have between them.
+    averages: Option<NodalAverages>,
     /// Stress power that each element of each patch has taken, J, for the ledger of those that are deleted; empty where none
     /// ever is.
     internal_energies: Vec<Vec<R>>,
@@ -304,14 +319,17 @@ impl<R: Real> Frequencies<R> {
     }
 }
 
-impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
+impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> SolidBlock<M, E, R, NODES> {
     /// Corners of a pack.
-    const PACK_CORNERS: usize = CORNERS * R::LANES;
+    const PACK_CORNERS: usize = NODES * R::LANES;
 
-    fn new(block: NewBlock<M, E>) -> Self {
+    fn new(block: NewBlock<M, E, NODES>) -> Self {
         let NewBlock { element, elements, material } = block;
-        let Elements { hexes, connectivity, corner_mass, behaviour } = elements;
-        let count = hexes.len();
+        let Elements { members, formulation, mesh, corner_mass, behaviour } = elements;
+        let connectivity: Vec<[u32; NODES]> =
+            members.iter().map(|&element| corner_nodes(formulation, mesh, element)).collect();
+        let patches = Patches::new(&connectivity, R::LANES);
+        let count = members.len();
         let pack_count = count.div_ceil(R::LANES);
         let initial = E::initial_history(&material, 0.0);
         let zero = R::splat(0.0);
@@ -319,8 +337,9 @@ impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
         Self {
             material,
             element,
-            hexes,
-            patches: Patches::new(&connectivity, R::LANES),
+            members,
+            averages: E::SHARES_VOLUME.then(|| NodalAverages::new(&patches, mesh.node_count())),
+            patches,
             corner_mass: (0..pack_count).map(mass).collect(),
             // each thread is the first to touch its part, which takes as long as all else here
             history: (0..pack_count).into_par_iter().map(|_| initial).collect(),
@@ -332,9 +351,9 @@ impl<M: Material, E: Element, R: Real> SolidBlock<M, E, R> {
     }
 }
 
-impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
-    fn hexes(&self) -> &[u32] {
-        &self.hexes
+impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> ElementBlock for SolidBlock<M, E, R, NODES> {
+    fn members(&self) -> &[u32] {
+        &self.members
     }
 
     fn patches(&self) -> &Patches {
@@ -349,11 +368,15 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         patch_forces: &mut [[f64; 4]],
     ) -> BlockReport {
         let packs = PATCH / R::LANES;
+        if let Some(averages) = &mut self.averages {
+            let block = Packs::<_, R>::new(&self.patches, &mut self.history, self.members.len(), NODES);
+            averages.share_volumes(block, motion, step.time_step);
+        }
         let (material, element, patches) = (&self.material, self.element, &self.patches);
         let work = self
             .history
             .par_chunks_mut(packs)
-            .zip(self.hexes.par_chunks(PATCH))
+            .zip(self.members.par_chunks(PATCH))
             .zip(patches.corners().par_chunks(packs * Self::PACK_CORNERS))
             .zip(self.corner_mass.par_chunks(packs))
             .zip(patch_forces.par_chunks_mut(patches.stride()))
@@ -364,16 +387,16 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         work.for_each(
             |(
                 patch,
-                (((((((history, hexes), corners), corner_mass), forces), internal_energies), frequencies), report),
+                (((((((history, members), corners), corner_mass), forces), internal_energies), frequencies), report),
             )| {
                 let nodes = patches.nodes(patch);
-                let kernel = PatchKernel {
+                let kernel = PatchKernel::<M, E, R, NODES> {
                     material,
                     element,
                     motion,
                     step,
                     limits,
-                    hexes,
+                    members,
                     history,
                     internal_energies,
                     frequencies,
@@ -385,6 +408,10 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
                 *report = R::vectorize(kernel);
             },
         );
+        if let Some(averages) = &mut self.averages {
+            let block = Packs::<_, R>::new(&self.patches, &mut self.history, self.members.len(), NODES);
+            averages.add_mean_stress_forces(block, motion, patch_forces);
+        }
         self.reports.iter().fold(BlockReport::EMPTY, BlockReport::followed_by)
     }
 
@@ -400,7 +427,7 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
 
     fn apply_tangents(&self, motion: NodalMotion<'_>, patch_forces: &mut [[f64; 4]]) {
         let linear = Linear { element: self.element, elasticity: self.material.elasticity(), patches: &self.patches };
-        linear.apply_tangents(motion, &self.hexes, &self.linear, patch_forces);
+        linear.apply_tangents(motion, &self.members, &self.linear, patch_forces);
     }
 
     fn watch(&mut self) {
@@ -413,12 +440,18 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         self.element.is_damped()
     }
 
+    fn has_linear_forces(&self) -> bool {
+        E::HAS_LINEAR_FORCES
+    }
+
     fn bytes_per_step(&self) -> usize {
         let frequencies: usize = self.frequencies.iter().map(|of_patch| size_of_val(&**of_patch)).sum();
+        let averages = self.averages.as_ref().map_or(0, NodalAverages::bytes_per_step);
         size_of_val(&*self.corner_mass)
             + 2 * size_of_val(&*self.history)
             + 2 * frequencies
             + self.patches.bytes_per_step()
+            + averages
     }
 
     fn scale_mass(&mut self, element: usize, factor: f64) {
@@ -437,7 +470,7 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
 
     fn largest(&self) -> Largest {
         // the copies that fill the last pack have the values of an element that is counted anyway
-        let of_pack = |pack: &History<M, E, R>| {
+        let of_pack = |pack: &History<M, E, R, NODES>| {
             let states = || pack.states().iter();
             Largest {
                 plastic_strain: largest_lane(states().map(|state| self.material.equivalent_plastic_strain(state))),
@@ -447,14 +480,14 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         self.history.par_iter().with_min_len(PATCH).map(of_pack).reduce(|| Largest::NONE, Largest::larger)
     }
 
-    fn write_means(&self, patch: usize, means: HexMeans<'_>) {
-        let (hexes, history) = (&self.hexes[patch * PATCH..], &self.history[patch * (PATCH / R::LANES)..]);
-        let hexes = &hexes[..hexes.len().min(PATCH)];
-        R::vectorize(MeansKernel::<M, E, R> { material: &self.material, hexes, history, means });
+    fn write_means(&self, patch: usize, means: ElementMeans<'_>) {
+        let (members, history) = (&self.members[patch * PATCH..], &self.history[patch * (PATCH / R::LANES)..]);
+        let members = &members[..members.len().min(PATCH)];
+        R::vectorize(MeansKernel::<M, E, R, NODES> { material: &self.material, members, history, means });
     }
 
     fn for_each_number(&self, visit: &mut dyn FnMut(f64)) {
-        for element in 0..self.hexes.len() {
+        for element in 0..self.members.len() {
             let (pack, lane) = (&self.history[element / R::LANES], element % R::LANES);
             pack.for_each(|number| visit(number.lane(lane)));
             let energies = &self.internal_energies[element / PATCH];
@@ -478,11 +511,11 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
         let mut numbers = vec![0.0; count * R::LANES];
         let mut internal_energies = self.internal_energies.iter_mut().flatten();
         let mut frequencies = self.frequencies.iter_mut().flatten();
-        for (pack, hexes) in self.history.iter_mut().zip(self.hexes.chunks(R::LANES)) {
-            numbers[..count * hexes.len()].fill_with(&mut *next);
+        for (pack, members) in self.history.iter_mut().zip(self.members.chunks(R::LANES)) {
+            numbers[..count * members.len()].fill_with(&mut *next);
             let mut at = 0;
             let mut number = || {
-                let lanes = R::from_lanes(|lane| numbers[count * lane.min(hexes.len() - 1) + at]);
+                let lanes = R::from_lanes(|lane| numbers[count * lane.min(members.len() - 1) + at]);
                 at += 1;
                 lanes
             };
@@ -498,14 +531,14 @@ impl<M: Material, E: Element, R: Real> ElementBlock for SolidBlock<M, E, R> {
 }
 
 /// The work of one thread at a time.
-struct PatchKernel<'a, M: Material, E: Element, R: Real> {
+struct PatchKernel<'a, M: Material, E: Element<NODES>, R: Real, const NODES: usize> {
     material: &'a M,
     element: E,
     motion: NodalMotion<'a>,
     step: &'a ElementStep,
     limits: &'a StepLimits,
-    hexes: &'a [u32],
-    history: &'a mut [History<M, E, R>],
+    members: &'a [u32],
+    history: &'a mut [History<M, E, R, NODES>],
     /// Of each pack; empty where no element is ever deleted.
     internal_energies: &'a mut [R],
     /// Of each pack; empty where nobody watches them.
@@ -516,7 +549,7 @@ struct PatchKernel<'a, M: Material, E: Element, R: Real> {
     forces: &'a mut [[f64; 4]],
 }
 
-impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
+impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> Kernel for PatchKernel<'_, M, E, R, NODES> {
     type Output = BlockReport;
 
     #[inline(always)]
@@ -529,14 +562,14 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
         let mut not_finite = None;
         let deletes = !self.internal_energies.is_empty();
         let mut deleted = Deleted { count: 0, energy: 0.0 };
-        let mut nodes = [0; CORNERS * MOST_LANES];
-        let nodes = &mut nodes[..SolidBlock::<M, E, R>::PACK_CORNERS];
+        let mut nodes = [[0; MOST_LANES]; NODES];
+        let nodes = &mut nodes.as_flattened_mut()[..SolidBlock::<M, E, R, NODES>::PACK_CORNERS];
         // forces of a pack, the corners of an element side by side
-        let mut corner_forces = [[[0.0; 4]; CORNERS]; MOST_LANES];
+        let mut corner_forces = [[[0.0; 4]; NODES]; MOST_LANES];
         self.forces.fill([0.0; 4]);
-        let corner = [Vector3::zero(); CORNERS];
+        let corner = [Vector3::zero(); NODES];
         let mut motion =
-            HexMotion { reference: corner, position: corner, velocity: corner, corner_mass: R::splat(0.0) };
+            ElementMotion { reference: corner, position: corner, velocity: corner, corner_mass: R::splat(0.0) };
         // nodes are numbered as the elements come to them, so that a share of them a pack keeps ahead of the elements
         let nodes_per_pack = self.nodes.len().div_ceil(self.history.len());
         let mut nodes_ahead = self.nodes.iter();
@@ -549,11 +582,11 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
         };
         fetch_nodes(PACKS_AHEAD * nodes_per_pack);
         let packs = self
-            .hexes
+            .members
             .chunks(R::LANES)
-            .zip(self.corners.chunks_exact(SolidBlock::<M, E, R>::PACK_CORNERS))
+            .zip(self.corners.chunks_exact(SolidBlock::<M, E, R, NODES>::PACK_CORNERS))
             .zip(self.corner_mass);
-        for (pack, ((hexes, corners), &corner_mass)) in packs.enumerate() {
+        for (pack, ((members, corners), &corner_mass)) in packs.enumerate() {
             let (now, later) = self.history[pack..].split_at_mut(1);
             let (history, upcoming) = (&mut now[0], later.first());
             fetch_nodes(nodes_per_pack);
@@ -579,31 +612,31 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
                 let ends = (update.min_jacobian.le(zero) | is_flat) & !is_deleted;
                 is_deleted = is_deleted | ends;
                 if is_deleted.any() {
-                    delete::<R>(is_deleted, &mut update);
+                    delete(is_deleted, &mut update);
                     let initial = E::initial_history(self.material, f64::INFINITY);
                     *history = ElementHistory::select(is_deleted, &initial, history);
-                    deleted.enter(ends, energy_so_far, hexes.len());
+                    deleted.enter(ends, energy_so_far, members.len());
                 }
                 *energy_so_far += update.internal_energy;
             }
 
             let mut force_sum = R::splat(0.0);
             for (corner, force) in update.internal_force.iter().enumerate() {
-                R::scatter(force.0, &mut corner_forces.as_flattened_mut()[corner..], CORNERS);
+                R::scatter(force.0, &mut corner_forces.as_flattened_mut()[corner..], NODES);
                 force_sum += force.0[0] + force.0[1] + force.0[2];
             }
-            subtract::<R>(self.forces, &corner_forces[..hexes.len()], corners);
+            subtract::<R, NODES>(self.forces, &corner_forces[..members.len()], corners);
             let finite =
                 force_sum.is_finite() & update.internal_energy.is_finite() & update.stable_time_step.is_finite();
             let finite = finite | is_deleted;
             if !finite.all() && not_finite.is_none() {
                 let marked = R::select(finite, R::splat(1.0), R::splat(0.0));
-                not_finite = (0..hexes.len()).find(|&lane| marked.lane(lane) == 0.0).map(|lane| hexes[lane]);
+                not_finite = (0..members.len()).find(|&lane| marked.lane(lane) == 0.0).map(|lane| members[lane]);
             }
             let mut energies =
                 [update.internal_energy, update.plastic_dissipation, update.viscous_energy, update.hourglass_energy];
-            if hexes.len() < R::LANES {
-                let counts = R::from_lanes(|lane| if lane < hexes.len() { 1.0 } else { 0.0 }).gt(zero);
+            if members.len() < R::LANES {
+                let counts = R::from_lanes(|lane| if lane < members.len() { 1.0 } else { 0.0 }).gt(zero);
                 energies = energies.map(|energy| R::select(counts, energy, zero));
             }
             let sum = &mut sums[pack % slots];
@@ -625,8 +658,8 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
             plastic_dissipation: total(1),
             viscous_energy: total(2),
             hourglass_energy: total(3),
-            min_jacobian: min_jacobian.resolved(self.hexes),
-            stable_time_step: stable_time_step.resolved(self.hexes),
+            min_jacobian: min_jacobian.resolved(self.members),
+            stable_time_step: stable_time_step.resolved(self.members),
             not_finite,
             deleted_count: deleted.count,
             deleted_energy: deleted.energy,
@@ -638,7 +671,11 @@ impl<M: Material, E: Element, R: Real> Kernel for PatchKernel<'_, M, E, R> {
 
 /// Subtracts the forces on the corners of a pack from the rows of its patch.
 #[inline(always)]
-pub(crate) fn subtract<R: Real>(rows: &mut [[f64; 4]], corner_forces: &[[[f64; 4]; CORNERS]], corners: &[u16]) {
+pub(crate) fn subtract<R: Real, const NODES: usize>(
+    rows: &mut [[f64; 4]],
+    corner_forces: &[[[f64; 4]; NODES]],
+    corners: &[u16],
+) {
     for (lane, forces) in corner_forces.iter().enumerate() {
         for (corner, force) in forces.iter().enumerate() {
             let sum = &mut rows[corners[corner * R::LANES + lane] as usize];
@@ -672,10 +709,10 @@ impl Deleted {
 /// The lanes of elements that have been deleted, which their infinite time step tells. They stand still where they began, so
 /// that nothing comes of them.
 #[inline(always)]
-pub(crate) fn rest<R: Real>(stable_time_step: R, motion: &mut HexMotion<R>) -> R::Mask {
+pub(crate) fn rest<R: Real, const NODES: usize>(stable_time_step: R, motion: &mut ElementMotion<R, NODES>) -> R::Mask {
     let are_deleted = stable_time_step.ge(R::splat(f64::INFINITY));
     if are_deleted.any() {
-        for corner in 0..CORNERS {
+        for corner in 0..NODES {
             for axis in 0..3 {
                 let (reference, position) = (motion.reference[corner].0[axis], &mut motion.position[corner].0[axis]);
                 *position = R::select(are_deleted, reference, *position);
@@ -688,12 +725,12 @@ pub(crate) fn rest<R: Real>(stable_time_step: R, motion: &mut HexMotion<R>) -> R
 }
 
 /// Takes force, energies and time step from deleted elements.
-fn delete<R: Real>(deleted: R::Mask, update: &mut HexUpdate<R>) {
+fn delete<R: Real, const NODES: usize>(deleted: R::Mask, update: &mut ElementUpdate<R, NODES>) {
     let (zero, infinity) = (R::splat(0.0), R::splat(f64::INFINITY));
     for component in update.internal_force.iter_mut().flat_map(|force| &mut force.0) {
         *component = R::select(deleted, zero, *component);
     }
-    let HexUpdate { internal_energy, plastic_dissipation, viscous_energy, hourglass_energy, .. } = update;
+    let ElementUpdate { internal_energy, plastic_dissipation, viscous_energy, hourglass_energy, .. } = update;
     for energy in [internal_energy, plastic_dissipation, viscous_energy, hourglass_energy] {
         *energy = R::select(deleted, zero, *energy);
     }
@@ -722,12 +759,12 @@ impl<R: Real> LaneExtreme<R> {
     }
 
     /// The smallest of all lanes; of equal ones that of the first element.
-    fn resolved(self, hexes: &[u32]) -> Extreme {
+    fn resolved(self, members: &[u32]) -> Extreme {
         let of_lane = |lane: usize| (self.value.lane(lane), self.pack.lane(lane) as usize * R::LANES + lane);
         let smaller = |a: (f64, usize), b: (f64, usize)| if b < a { b } else { a };
         let (value, element) = (0..R::LANES).map(of_lane).fold((f64::INFINITY, usize::MAX), smaller);
         // the copies that fill the last pack are those of the last element
-        Extreme { value, hex: hexes[element.min(hexes.len() - 1)] }
+        Extreme { value, element: members[element.min(members.len() - 1)] }
     }
 }
 
@@ -739,24 +776,24 @@ fn largest_lane<R: Real>(numbers: impl Iterator<Item = R>) -> f64 {
 }
 
 /// Means over the points of the elements of a patch, as a user sees them.
-struct MeansKernel<'a, M: Material, E: Element, R: Real> {
+struct MeansKernel<'a, M: Material, E: Element<NODES>, R: Real, const NODES: usize> {
     material: &'a M,
-    hexes: &'a [u32],
-    history: &'a [History<M, E, R>],
-    means: HexMeans<'a>,
+    members: &'a [u32],
+    history: &'a [History<M, E, R, NODES>],
+    means: ElementMeans<'a>,
 }
 
-impl<M: Material, E: Element, R: Real> Kernel for MeansKernel<'_, M, E, R> {
+impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> Kernel for MeansKernel<'_, M, E, R, NODES> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { material, hexes, history, means } = self;
-        let HexMeans { mut cauchy_stress, mut equivalent_plastic_strain, mut temperature } = means;
+        let Self { material, members, history, means } = self;
+        let ElementMeans { mut cauchy_stress, mut equivalent_plastic_strain, mut temperature } = means;
         let share = R::splat(1.0 / E::POINTS as f64);
         let mut lanes = [[0.0; MOST_LANES]; 6];
-        for (pack, hexes_of_pack) in history.iter().zip(hexes.chunks(R::LANES)) {
-            let places = || hexes_of_pack.iter().map(|hex| (hex - hexes[0]) as usize).enumerate();
+        for (pack, of_pack) in history.iter().zip(members.chunks(R::LANES)) {
+            let places = || of_pack.iter().map(|element| (element - members[0]) as usize).enumerate();
             if let Some(field) = &mut cauchy_stress {
                 let mut mean = SymmetricTensor::zero();
                 for (state, rotation) in pack.states().iter().zip(pack.rotations()) {
@@ -793,7 +830,7 @@ impl<M: Material, E: Element, R: Real> Kernel for MeansKernel<'_, M, E, R> {
 
 /// Fills in the vectors of a field at the corners of the elements of a pack.
 #[inline(always)]
-pub(crate) fn gather<R: Real>(corners: &mut CornerVectors<R>, field: &[[f64; 3]], nodes: &[u32]) {
+pub(crate) fn gather<R: Real>(corners: &mut [Vector3<R>], field: &[[f64; 3]], nodes: &[u32]) {
     for (corner, nodes) in corners.iter_mut().zip(nodes.chunks_exact(R::LANES)) {
         *corner = Vector3(R::gather(field, nodes));
     }

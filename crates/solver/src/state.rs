@@ -71,13 +71,13 @@ impl Simulation {
         if self.step > 0 {
             self.enter_works();
         }
-        let counts = self.mesh.hex_count() as u32;
+        let counts = self.mesh.element_count() as u32;
         let extremes = [self.elements.min_jacobian, self.elements.stable_time_step];
         let times = [self.time, self.time_step, self.next_time_step];
         let is_state = scalars[0] == self.step as f64
             && self.global_time_step.as_ref().is_none_or(|global| global.step <= self.step)
             && times.iter().all(|time| time.is_finite() && *time >= 0.0)
-            && extremes.iter().all(|extreme| extreme.hex < counts);
+            && extremes.iter().all(|extreme| extreme.element < counts);
         if is_state { Ok(()) } else { Err(NoState) }
     }
 
@@ -97,9 +97,9 @@ impl Simulation {
             energies.viscous,
             energies.in_play,
             elements.min_jacobian.value,
-            f64::from(elements.min_jacobian.hex),
+            f64::from(elements.min_jacobian.element),
             elements.stable_time_step.value,
-            f64::from(elements.stable_time_step.hex),
+            f64::from(elements.stable_time_step.element),
             energies.deleted,
             self.deleted_count as f64,
             energies.hourglass,
@@ -125,8 +125,8 @@ impl Simulation {
         ] = std::array::from_fn(|i| scalars[i + 1]);
         self.step = scalars[0] as u64;
         self.step_is_last = step_is_last != 0.0;
-        elements.min_jacobian = Extreme { value: scalars[11], hex: scalars[12] as u32 };
-        elements.stable_time_step = Extreme { value: scalars[13], hex: scalars[14] as u32 };
+        elements.min_jacobian = Extreme { value: scalars[11], element: scalars[12] as u32 };
+        elements.stable_time_step = Extreme { value: scalars[13], element: scalars[14] as u32 };
         energies.deleted = scalars[15];
         self.deleted_count = scalars[16] as u64;
         energies.hourglass = scalars[17];

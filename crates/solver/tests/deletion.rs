@@ -18,11 +18,14 @@ fn block() -> Mesh {
 
 /// A block of metal whose top is elastic, thrown on a rough wall.
 fn wreck(mesh: &Mesh, speed: f64, end: f64) -> Model {
-    let soft = mesh.hex_count() as u32 - 70;
-    let part =
-        |hexes: std::ops::Range<u32>, material| Part { hexes: hexes.collect(), material, element: Formulation::FBar };
+    let soft = mesh.element_count() as u32 - 70;
+    let part = |hexes: std::ops::Range<u32>, material| Part {
+        elements: hexes.collect(),
+        material,
+        element: Formulation::FBar,
+    };
     Model {
-        parts: vec![part(0..soft, yielding(300e6, 1e8)), part(soft..mesh.hex_count() as u32, elastic())],
+        parts: vec![part(0..soft, yielding(300e6, 1e8)), part(soft..mesh.element_count() as u32, elastic())],
         initial_velocities: vec![translation(mesh, [0.0, 0.0, -speed])],
         walls: vec![RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.2)],
         settings: TimeSettings { on_inversion: OnInversion::Delete, ..until(end) },
@@ -58,7 +61,7 @@ fn a_body_that_breaks_up_keeps_its_mass_and_its_ledger() {
     println!(
         "{} of {} deleted, {:.4} of the energy with them, balance {worst:e}, by a deletion {worst_jump:e}",
         simulation.deleted_count(),
-        mesh.hex_count(),
+        mesh.element_count(),
         energies.deleted / energies.initial_kinetic
     );
     assert!(simulation.deleted_count() > 20 && energies.deleted > 0.05 * energies.initial_kinetic);
@@ -125,7 +128,7 @@ fn a_body_of_which_nothing_is_left_flies_on() {
     while !simulation.is_finished() {
         simulation.advance().unwrap();
     }
-    assert_eq!(simulation.deleted_count(), mesh.hex_count() as u64);
+    assert_eq!(simulation.deleted_count(), mesh.element_count() as u64);
     let mut finite = true;
     simulation.for_each_number(|number| finite &= !number.is_nan());
     assert!(finite && simulation.energies().error().abs() < 0.1, "{:?}", simulation.energies());

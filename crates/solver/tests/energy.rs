@@ -6,15 +6,15 @@
 mod common;
 
 use common::{
-    DIRECTIONS, FORMULATIONS, all_nodes, assert_close, bricks, dot, elastic, elasticity, faces, heated_copper, load,
-    minus, moved, new, nodes, norm, prescribed, ramp, run, spinning, translation, until, whole, yielding,
+    DIRECTIONS, ELEMENTS, all_nodes, assert_close, bricks, cut_bricks, dot, elastic, elasticity, faces, heated_copper,
+    load, minus, moved, new, nodes, norm, prescribed, ramp, run, spinning, translation, until, whole, yielding,
 };
 use estar_material::{
     EStar, EStarTotal, Elastic, ElasticEnergy, FlowRule, GreenNaghdi, Hencky, IsotropicHardening, MaterialModel,
     PlasticMetric,
 };
-use estar_mesh::Mesh;
-use estar_solver::fields::HexMeans;
+use estar_mesh::{Face, Mesh, Shape};
+use estar_solver::fields::ElementMeans;
 use estar_solver::model::{
     BulkViscosity, Direction, Fix, Formulation, HourglassControl, InitialVelocity, LoadKind, Quantity, RigidWall, Spin,
     TimeSettings,
@@ -37,37 +37,37 @@ fn worst_error(simulation: &mut Simulation) -> f64 {
 /// 0.1 %, and each load's row is nearly all of the energy that came in.
 #[test]
 fn every_load_balances_with_what_it_does() {
-    let mesh = bricks([60e-3, 10e-3, 10e-3], [6, 2, 2]);
+    for (formulation, shape) in ELEMENTS {
+        assert_every_load_balances(&cut_bricks([60e-3, 10e-3, 10e-3], [6, 2, 2], shape), formulation);
+    }
+}
+
+fn assert_every_load_balances(mesh: &Mesh, formulation: Formulation) {
     let end = 1e-3;
-    let pressure = |value| LoadKind::Pressure { faces: faces(&mesh, "z_max"), curve: ramp(0.5 * end, value) };
-    let traction = |direction, value| LoadKind::Traction {
-        faces: faces(&mesh, "x_max"),
-        direction,
-        curve: ramp(0.5 * end, value),
-    };
+    let pressure = |value| LoadKind::Pressure { faces: faces(mesh, "z_max"), curve: ramp(0.5 * end, value) };
+    let traction =
+        |direction, value| LoadKind::Traction { faces: faces(mesh, "x_max"), direction, curve: ramp(0.5 * end, value) };
     let loads = [
         LoadKind::Gravity { acceleration: [0.0, 1e5, -2e5] },
         pressure(12e6),
         traction([0.0, 0.0, -1.0], 40e6),
         traction([1.0, 0.0, 0.0], 350e6),
     ];
-    for formulation in FORMULATIONS {
-        for kind in &loads {
-            let model = Model {
-                parts: whole(&mesh, yielding(300e6, 2e9), formulation),
-                fixes: vec![clamp(&mesh)],
-                loads: vec![load("load", kind.clone())],
-                settings: until(end),
-                ..Model::default()
-            };
-            let mut simulation = new(&mesh, model);
-            let worst = worst_error(&mut simulation);
-            let energies = simulation.energies();
-            println!("{formulation:?}: {worst:e} of {energies:?}");
-            assert!(worst < 1e-3, "{worst:e}");
-            assert!(energies.plastic_dissipation > 0.1 * energies.load_work[0], "{energies:?}");
-            assert_eq!((energies.constraint_work, energies.contact, energies.viscous), (0.0, 0.0, 0.0));
-        }
+    for kind in &loads {
+        let model = Model {
+            parts: whole(mesh, yielding(300e6, 2e9), formulation),
+            fixes: vec![clamp(mesh)],
+            loads: vec![load("load", kind.clone())],
+            settings: until(end),
+            ..Model::default()
+        };
+        let mut simulation = new(mesh, model);
+        let worst = worst_error(&mut simulation);
+        let energies = simulation.energies();
+        println!("{formulation:?}, {}: {worst:e} of {energies:?}", mesh.elements().shape(0));
+        assert!(worst < 1e-3, "{worst:e}");
+        assert!(energies.plastic_dissipation > 0.1 * energies.load_work[0], "{energies:?}");
+        assert_eq!((energies.constraint_work, energies.contact, energies.viscous), (0.0, 0.0, 0.0));
     }
 }
 
@@ -178,7 +178,6 @@ fn a_soft_impact_balances_in_the_green_naghdi_theory() {
 /// A copper bar is heated by its impact: what the ledger books as heat is what the temperatures of its hexes tell.
 #[test]
 fn heat_is_the_rise_of_the_temperature_in_every_theory_that_has_one() {
-    let mesh = bricks([4e-3, 4e-3, 12e-3], [3, 3, 8]);
     let copper = elasticity(8930.0, 117e9, 0.35);
     let (law, specific_heat) = heated_copper(&copper);
     let materials: [(&str, MaterialModel); 3] = [
@@ -186,9 +185,10 @@ fn heat_is_the_rise_of_the_temperature_in_every_theory_that_has_one() {
         ("e-star total", EStarTotal::new(copper, law.clone()).into()),
         ("hencky", Hencky::von_mises(copper, law).into()),
     ];
-    let mass_of_hex = 8930.0 * 4e-3 * 4e-3 * 12e-3 / mesh.hex_count() as f64;
     for (name, material) in materials {
-        for formulation in FORMULATIONS {
+        for (formulation, shape) in ELEMENTS {
+            let mesh = cut_bricks([4e-3, 4e-3, 12e-3], [3, 3, 8], shape);
+            let mass_of_element = 8930.0 * 4e-3 * 4e-3 * 12e-3 / mesh.element_count() as f64;
             let model = Model {
                 parts: whole(&mesh, material.clone(), formulation),
                 initial_velocities: vec![translation(&mesh, [0.0, 0.0, -300.0])],
@@ -198,10 +198,10 @@ fn heat_is_the_rise_of_the_temperature_in_every_theory_that_has_one() {
             };
             let mut simulation = new(&mesh, model);
             let worst = worst_error(&mut simulation);
-            let mut temperature = vec![0.0; mesh.hex_count()];
-            simulation.write_means(HexMeans { temperature: Some(&mut temperature), ..HexMeans::default() });
+            let mut temperature = vec![0.0; mesh.element_count()];
+            simulation.write_means(ElementMeans { temperature: Some(&mut temperature), ..ElementMeans::default() });
             let risen: f64 = temperature.iter().map(|temperature| temperature - 300.0).sum();
-            let content = mass_of_hex * specific_heat * risen;
+            let content = mass_of_element * specific_heat * risen;
             let energies = simulation.energies();
             let hottest = simulation.extremes().max_temperature.unwrap();
             println!(
@@ -209,7 +209,12 @@ fn heat_is_the_rise_of_the_temperature_in_every_theory_that_has_one() {
                 energies.heat
             );
             // F-bar and B-bar have one volume ratio at all points, and the mass of a point that of its own
-            let tolerance = if formulation == Formulation::Full { 5e-4 } else { 1e-2 };
+            // nor are the points of a collapsed hex or of a tet that is bent alike
+            let tolerance = match (formulation, shape) {
+                (Formulation::Full, Shape::Hex8) => 5e-4,
+                (_, Shape::Wedge6 | Shape::Tet10) => 3e-2,
+                _ => 1e-2,
+            };
             assert!((content / energies.heat - 1.0).abs() < tolerance, "{content} {}", energies.heat);
             assert!(hottest > 400.0 && worst < 5e-3, "{hottest} {worst:e}");
         }
@@ -352,7 +357,7 @@ fn pressure_all_around_neither_pushes_nor_turns() {
     let coordinates = cube.coordinates().iter().map(|x| x.map(|c| c + shift())).collect();
     let mesh = moved(&cube, coordinates);
     let sides = ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"];
-    let around: Vec<[u32; 4]> = sides.into_iter().flat_map(|side| faces(&mesh, side)).collect();
+    let around: Vec<Face> = sides.into_iter().flat_map(|side| faces(&mesh, side)).collect();
     let end = 5e-3;
     let spin = Spin { rate: [30.0, 10.0, -20.0], centre: [0.5; 3] };
     let errors = [0.8, 0.4, 0.2].map(|safety_factor| {
@@ -411,26 +416,27 @@ fn reaction_at_the_clamp_is_the_applied_force() {
 /// Source: central differences are of second order (Belytschko, Liu & Moran 2000, section 6.2).
 #[test]
 fn central_differences_converge_at_second_order() {
-    let mesh = bricks([60e-3, 10e-3, 10e-3], [6, 1, 1]);
-    let velocity = |node: &u32| 60.0 * (mesh.coordinates()[*node as usize][0] / 60e-3).powi(2);
-    let swing = |formulation, safety_factor| {
-        let velocities = all_nodes(&mesh).into_iter().map(|node| InitialVelocity {
+    let swing = |mesh: &Mesh, formulation, safety_factor| {
+        let velocity = |node: &u32| 60.0 * (mesh.coordinates()[*node as usize][0] / 60e-3).powi(2);
+        let velocities = all_nodes(mesh).into_iter().map(|node| InitialVelocity {
             nodes: vec![node],
             translation: [0.0, 0.0, velocity(&node)],
             spin: None,
         });
         let model = Model {
-            parts: whole(&mesh, elastic(), formulation),
-            fixes: vec![clamp(&mesh)],
+            parts: whole(mesh, elastic(), formulation),
+            fixes: vec![clamp(mesh)],
             initial_velocities: velocities.collect(),
             settings: TimeSettings { safety_factor, ..until(2e-4) },
             ..Model::default()
         };
-        let mut simulation = new(&mesh, model);
+        let mut simulation = new(mesh, model);
         let worst = worst_error(&mut simulation);
         (simulation.displacement().to_vec(), worst)
     };
-    for formulation in FORMULATIONS {
+    for (formulation, shape) in ELEMENTS {
+        let mesh = cut_bricks([60e-3, 10e-3, 10e-3], [6, 1, 1], shape);
+        let swing = |formulation, factor| swing(&mesh, formulation, factor);
         let (reference, _) = swing(formulation, 0.0125);
         let distance = |displacement: &[[f64; 3]]| {
             displacement.iter().zip(&reference).map(|(a, b)| norm(minus(*a, *b))).fold(0.0, f64::max)
@@ -443,7 +449,7 @@ fn central_differences_converge_at_second_order() {
         let is_viscous = matches!(formulation, Formulation::OnePoint(HourglassControl::Viscous { .. }));
         for pair in distances.windows(2) {
             let order = (pair[0] / pair[1]).log2();
-            assert!((if is_viscous { 1.0..2.2 } else { 1.8..2.2 }).contains(&order), "{order}: {distances:?}");
+            assert!((if is_viscous { 1.0..2.3 } else { 1.8..2.3 }).contains(&order), "{order}: {distances:?}");
         }
         // the energy of F-bar is that of its own volume change, whose difference from the work does not fall with the step
         if formulation != Formulation::FBar {

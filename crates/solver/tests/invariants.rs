@@ -1,17 +1,17 @@
 //! Goal: the same bits for any number of threads and lanes, the same body however it is cut into parts, and an answer to
 //! every wrong model and every run that cannot go on.
 //!
-//! Mesh: a block of 1,053 bricks, three chunks of elements (the last of 29) and two of nodes, none a multiple of the
+//! Mesh: a block of 1,053 bricks, and of such cut into wedges and tets, three chunks of elements (the last of 29) and two of nodes, none a multiple of the
 //! lanes; and single bricks. Source: the invariants that ARCHITECTURE.md states.
 
 mod common;
 
 use common::{
-    DIRECTIONS, all_nodes, bricks, elastic, elasticity, faces, load, mesh_of, minus, nodes, norm, prescribed, ramp,
-    run, translation, until, whole, yielding,
+    DIRECTIONS, FORMULATIONS, all_nodes, bricks, cut_bricks, elastic, elasticity, faces, load, mesh_of, minus, nodes,
+    norm, prescribed, ramp, run, translation, until, whole, yielding,
 };
 use estar_material::{EStarTotal, Elastic, Hencky, IsotropicHardening, MaterialModel};
-use estar_mesh::Mesh;
+use estar_mesh::{Mesh, Shape};
 use estar_solver::model::{
     BulkViscosity, Direction, Fix, Formulation, InitialVelocity, LoadKind, Part, Prescribed, Quantity, RigidWall,
     TimeSettings, WallMotion, WallShape,
@@ -23,17 +23,22 @@ const WALL: RigidWall = RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.2);
 /// A block that yields on a rough wall, with every kind of load and constraint; of three materials, the last two of 3 and
 /// 1 hexes.
 fn crash(mesh: &Mesh) -> Model {
-    let hexes: Vec<u32> = (0..mesh.hex_count() as u32).collect();
+    let hexes: Vec<u32> = (0..mesh.element_count() as u32).collect();
     let hardening = IsotropicHardening::saturation(300e6, 500e6, 10.0, 1e8).unwrap();
     let materials =
         [yielding(300e6, 1e9), EStarTotal::new(elasticity(7850.0, 200e9, 0.3), hardening).into(), elastic()];
     let (most, last) = hexes.split_at(hexes.len() - 4);
     let parts = [most, &last[..3], &last[3..]].into_iter().zip(materials);
-    let formulations = [Formulation::FBar, Formulation::FBar, Formulation::Full];
+    let formulations = match mesh.elements().shape(0) {
+        Shape::Tet4 => [Formulation::Tet4; 3],
+        Shape::Tet10 => [Formulation::Tet10; 3],
+        Shape::Hex8 => [Formulation::FBar, Formulation::FBar, Formulation::Full],
+        _ => [Formulation::BBar, Formulation::BBar, Formulation::Full],
+    };
     Model {
         parts: parts
             .zip(formulations)
-            .map(|((hexes, material), element)| Part { hexes: hexes.to_vec(), material, element })
+            .map(|((hexes, material), element)| Part { elements: hexes.to_vec(), material, element })
             .collect(),
         fixes: vec![Fix { nodes: nodes(mesh, "x_min"), directions: vec![Direction::X] }],
         prescribed: vec![prescribed(nodes(mesh, "y_min"), Direction::Y, Quantity::Displacement, ramp(5e-6, 1e-5))],
@@ -89,22 +94,24 @@ fn a_step_moves_as_many_bytes_on_any_lanes_and_more_with_more_history() {
     }
     // ε̄ᵖ of eight points, read and written
     let [elastic, yielding] = [elastic(), yielding(300e6, 1e9)].map(|material| bytes(&material, LaneLevel::best()));
-    assert_eq!(yielding - elastic, mesh.hex_count() * 8 * 2 * 8);
+    assert_eq!(yielding - elastic, mesh.element_count() * 8 * 2 * 8);
 }
 
 #[test]
 fn threads_and_lanes_do_not_change_a_bit() {
-    let mesh = bricks([9e-3, 9e-3, 13e-3], [9, 9, 13]);
-    let expected = state_after_crash(&mesh, LaneLevel::best(), 1);
-    println!("crash: {} steps", expected.1);
-    for threads in [2, 3, 7] {
-        assert_eq!(state_after_crash(&mesh, LaneLevel::best(), threads), expected, "{threads} threads");
-    }
-    for level in LaneLevel::ALL {
-        if level.is_available() {
-            assert_eq!(state_after_crash(&mesh, level, 2), expected, "{level:?}");
-        } else {
-            eprintln!("{level:?} is not available on this machine: not compared");
+    let cut = [Shape::Wedge6, Shape::Tet4, Shape::Tet10].map(|shape| cut_bricks([5e-3, 5e-3, 7e-3], [5, 5, 7], shape));
+    for mesh in [bricks([9e-3, 9e-3, 13e-3], [9, 9, 13])].into_iter().chain(cut) {
+        let expected = state_after_crash(&mesh, LaneLevel::best(), 1);
+        println!("crash: {} steps", expected.1);
+        for threads in [2, 3, 7] {
+            assert_eq!(state_after_crash(&mesh, LaneLevel::best(), threads), expected, "{threads} threads");
+        }
+        for level in LaneLevel::ALL {
+            if level.is_available() {
+                assert_eq!(state_after_crash(&mesh, level, 2), expected, "{level:?}");
+            } else {
+                eprintln!("{level:?} is not available on this machine: not compared");
+            }
         }
     }
 }
@@ -113,7 +120,12 @@ fn threads_and_lanes_do_not_change_a_bit() {
 /// the straight way leads to, and every number that users see of it is the same.
 #[test]
 fn a_state_taken_up_by_another_simulation_ends_in_the_same_bits() {
-    let mesh = bricks([4e-3, 4e-3, 6e-3], [4, 4, 6]);
+    for shape in [Shape::Hex8, Shape::Wedge6, Shape::Tet4, Shape::Tet10] {
+        assert_taken_up(&cut_bricks([4e-3, 4e-3, 6e-3], [4, 4, 6], shape));
+    }
+}
+
+fn assert_taken_up(mesh: &Mesh) {
     let bits = |simulation: &Simulation| {
         let mut bits = Vec::new();
         simulation.for_each_number(|number| bits.push(number.to_bits()));
@@ -126,7 +138,7 @@ fn a_state_taken_up_by_another_simulation_ends_in_the_same_bits() {
     let leg = |level, threads, start: Option<&[u64]>, steps: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut simulation = Simulation::new(&mesh, crash(&mesh), level).unwrap();
+            let mut simulation = Simulation::new(mesh, crash(mesh), level).unwrap();
             if let Some(numbers) = start {
                 let mut numbers = numbers.iter();
                 simulation.restore(|| f64::from_bits(*numbers.next().unwrap())).unwrap();
@@ -158,12 +170,12 @@ fn a_state_taken_up_by_another_simulation_ends_in_the_same_bits() {
 fn cutting_a_body_into_parts_changes_nothing_but_rounding() {
     let mesh = bricks([4e-3, 4e-3, 6e-3], [4, 4, 6]);
     let moved = |cuts: &[u32]| {
-        let ends = cuts.iter().copied().chain([mesh.hex_count() as u32]);
+        let ends = cuts.iter().copied().chain([mesh.element_count() as u32]);
         let mut start = 0;
         let mut parts = Vec::new();
         for end in ends {
             let hexes = (start..end).rev().collect();
-            parts.push(Part { hexes, material: yielding(300e6, 1e9), element: Formulation::FBar });
+            parts.push(Part { elements: hexes, material: yielding(300e6, 1e9), element: Formulation::FBar });
             start = end;
         }
         let model = Model {
@@ -207,20 +219,35 @@ fn indices_beyond_the_mesh_are_refused() {
     assert_eq!(refused(|model| model.prescribed.push(driven())), beyond("a prescribed motion"));
     let velocity = InitialVelocity { nodes: vec![12], translation: [0.0; 3], spin: None };
     assert_eq!(refused(|model| model.initial_velocities.push(velocity)), beyond("an initial velocity"));
-    let pressure = LoadKind::Pressure { faces: vec![[0, 1, 2, 12]], curve: Curve::constant(1.0) };
+    let pressure = LoadKind::Pressure { faces: vec![[0, 1, 2, 12].into()], curve: Curve::constant(1.0) };
     assert_eq!(refused(|model| model.loads.push(load("p", pressure))), beyond("a load"));
     let hex = ModelError::OutOfRange { what: "a part", index: 2, count: 2 };
-    assert_eq!(refused(|model| model.parts[0].hexes.push(2)), hex);
+    assert_eq!(refused(|model| model.parts[0].elements.push(2)), hex);
 }
 
 #[test]
 fn parts_must_own_every_hex_once() {
-    assert_eq!(refused(|model| model.parts[0].hexes.clear()), ModelError::EmptyPart { part: 0 });
-    assert_eq!(refused(|model| model.parts[0].hexes = vec![1]), ModelError::HexWithoutPart { count: 1, first: 0 });
-    let twice = |model: &mut Model| model.parts.push(Part { hexes: vec![1], ..model.parts[0].clone() });
-    assert_eq!(refused(twice), ModelError::HexInTwoParts { hex: 1, first: 0, second: 1 });
-    let again = |model: &mut Model| model.parts[0].hexes.push(0);
-    assert_eq!(refused(again), ModelError::HexInTwoParts { hex: 0, first: 0, second: 0 });
+    assert_eq!(refused(|model| model.parts[0].elements.clear()), ModelError::EmptyPart { part: 0 });
+    assert_eq!(
+        refused(|model| model.parts[0].elements = vec![1]),
+        ModelError::ElementWithoutPart { count: 1, first: 0 }
+    );
+    let twice = |model: &mut Model| model.parts.push(Part { elements: vec![1], ..model.parts[0].clone() });
+    assert_eq!(refused(twice), ModelError::ElementInTwoParts { element: 1, first: 0, second: 1 });
+    let again = |model: &mut Model| model.parts[0].elements.push(0);
+    assert_eq!(refused(again), ModelError::ElementInTwoParts { element: 0, first: 0, second: 0 });
+}
+
+#[test]
+fn a_part_of_other_shapes_than_its_formulation_is_made_for_is_refused() {
+    let wrong = refused(|model| model.parts[0].element = Formulation::Tet10);
+    assert_eq!(wrong, ModelError::WrongShape { part: 0, element: 0, shape: Shape::Hex8 });
+    let mesh = cut_bricks([1.0; 3], [1; 3], Shape::Tet4);
+    for element in FORMULATIONS.into_iter().chain([Formulation::Tet10]) {
+        let model = Model { parts: whole(&mesh, elastic(), element), settings: until(1.0), ..Model::default() };
+        let error = Simulation::new(&mesh, model, LaneLevel::best()).err();
+        assert_eq!(error, Some(ModelError::WrongShape { part: 0, element: 0, shape: Shape::Tet4 }));
+    }
 }
 
 #[test]
@@ -260,7 +287,8 @@ fn walls_and_directions_must_make_sense() {
     let long = |model: &mut Model| model.walls.push(RigidWall::plane([0.0; 3], [0.0, 0.0, 2.0], 0.0));
     assert_eq!(refused(long), ModelError::NotUnit { what: "normal of a rigid wall" });
     let traction = |model: &mut Model| {
-        let kind = LoadKind::Traction { faces: vec![[0, 1, 4, 3]], direction: [0.0; 3], curve: Curve::constant(1.0) };
+        let kind =
+            LoadKind::Traction { faces: vec![[0, 1, 4, 3].into()], direction: [0.0; 3], curve: Curve::constant(1.0) };
         model.loads.push(load("t", kind));
     };
     assert_eq!(refused(traction), ModelError::NotUnit { what: "direction of a traction" });
@@ -312,29 +340,29 @@ fn hexes_without_volume_and_nodes_without_mass_are_refused() {
         Simulation::new(mesh, model, LaneLevel::best()).err().expect("a mesh that is refused")
     };
     let cube = bricks([1.0; 3], [1; 3]);
-    let upside_down = cube.hexes()[0];
+    let upside_down: [u32; 8] = cube.elements().nodes(0).try_into().unwrap();
     let [a, b, c, d, e, f, g, h] = upside_down;
     let inverted = mesh_of(cube.coordinates().to_vec(), vec![[e, f, g, h, a, b, c, d]]);
-    assert!(matches!(of(&inverted), ModelError::BadHex { hex: 0, value, .. } if value < 0.0));
-    let flat = mesh_of(cube.coordinates().iter().map(|x| [x[0], x[1], 0.0]).collect(), cube.hexes().to_vec());
-    assert!(matches!(of(&flat), ModelError::BadHex { hex: 0, value: 0.0, .. }));
+    assert!(matches!(of(&inverted), ModelError::BadElement { element: 0, value, .. } if value < 0.0));
+    let flat = mesh_of(cube.coordinates().iter().map(|x| [x[0], x[1], 0.0]).collect(), cube.elements().clone());
+    assert!(matches!(of(&flat), ModelError::BadElement { element: 0, value: 0.0, .. }));
     let mut coordinates = cube.coordinates().to_vec();
     coordinates.push([2.0; 3]);
-    let lonely = mesh_of(coordinates, cube.hexes().to_vec());
+    let lonely = mesh_of(coordinates, cube.elements().clone());
     assert_eq!(of(&lonely), ModelError::NodeWithoutMass { count: 1, first: 8 });
     // volumes of such lengths are numbers, products of areas and moduli are not
-    let huge = mesh_of(cube.coordinates().iter().map(|x| x.map(|x| 1e100 * x)).collect(), cube.hexes().to_vec());
-    assert_eq!(of(&huge), ModelError::NotFinite { hex: 0 });
+    let huge = mesh_of(cube.coordinates().iter().map(|x| x.map(|x| 1e100 * x)).collect(), cube.elements().clone());
+    assert_eq!(of(&huge), ModelError::NotFinite { element: 0 });
     // one corner pushed far in: the points still have volume, a corner has no mass left or the centre none
     for depth in (0..100).map(|i| 0.01 * f64::from(i)) {
         let mut coordinates = cube.coordinates().to_vec();
         coordinates[7] = [1.0 - depth; 3];
-        let dented = mesh_of(coordinates, cube.hexes().to_vec());
+        let dented = mesh_of(coordinates, cube.elements().clone());
         let parts = whole(&dented, elastic(), Formulation::FBar);
         let model = Model { parts, settings: until(1e-6), ..Model::default() };
         match Simulation::new(&dented, model, LaneLevel::best()) {
             Ok(simulation) => assert!(simulation.extremes().stable_time_step > 0.0),
-            Err(error) => assert!(matches!(error, ModelError::BadHex { hex: 0, value, .. } if value <= 0.0)),
+            Err(error) => assert!(matches!(error, ModelError::BadElement { element: 0, value, .. } if value <= 0.0)),
         }
     }
 }
@@ -378,8 +406,8 @@ fn a_crushed_brick_ends_the_run_as_inverted() {
                     }
                 });
                 match error {
-                    SimulationError::ElementInverted { hex, jacobian, step, time } => {
-                        assert!(hex < 3 && jacobian <= 0.0 && step > 0 && time > 0.0 && time < 1.0);
+                    SimulationError::ElementInverted { element, jacobian, step, time } => {
+                        assert!(element < 3 && jacobian <= 0.0 && step > 0 && time > 0.0 && time < 1.0);
                     }
                     other => panic!("{element:?} {level:?}: {other}"),
                 }

@@ -31,9 +31,9 @@ fn assert_told(what: &str, mesh: &Mesh, model: Model) {
 #[test]
 fn the_memory_told_is_the_memory_taken() {
     let mesh = bricks([32e-3, 32e-3, 32e-3], [32, 32, 32]);
-    let all: Vec<u32> = (0..mesh.hex_count() as u32).collect();
+    let all: Vec<u32> = (0..mesh.element_count() as u32).collect();
     let model = |material, element| Model {
-        parts: vec![Part { hexes: all.clone(), material, element }],
+        parts: vec![Part { elements: all.clone(), material, element }],
         settings: until(1e-3),
         ..Model::default()
     };

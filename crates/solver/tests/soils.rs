@@ -45,10 +45,10 @@ fn a_confined_column_fails_at_the_strength_of_mohr_and_coulomb() {
         let mut simulation = new(&mesh, model);
         let mut strongest = 0.0_f64;
         common::run(&mut simulation, |now| {
-            let mean = stresses(now).iter().map(|stress| stress[2]).sum::<f64>() / mesh.hex_count() as f64;
+            let mean = stresses(now).iter().map(|stress| stress[2]).sum::<f64>() / mesh.element_count() as f64;
             strongest = strongest.max(-mean);
         });
-        let lateral = stresses(&simulation).iter().map(|stress| stress[0]).sum::<f64>() / mesh.hex_count() as f64;
+        let lateral = stresses(&simulation).iter().map(|stress| stress[0]).sum::<f64>() / mesh.element_count() as f64;
         println!(
             "{name}: {strongest:.4e} of {strength:.4e} Pa, lateral {lateral:.4e} Pa, energy error {:.1e}",
             simulation.energies().error()

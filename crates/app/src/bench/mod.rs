@@ -16,7 +16,7 @@ use crate::format::count;
 use crate::run;
 use estar_material::MaterialModel;
 use estar_mesh::Mesh;
-use estar_solver::fields::HexMeans;
+use estar_solver::fields::ElementMeans;
 use estar_solver::model::Formulation;
 use estar_solver::{LaneLevel, Simulation};
 use machine::{Description, arithmetic_rate, triad_rate};
@@ -163,7 +163,7 @@ impl Bench<'_> {
 
     /// Each of the pairs as the bar on the mesh.
     fn problem(&self, mesh: &Mesh, level: LaneLevel, pairs: &[Pair], limits: &Limits) -> Result<Problem, Failure> {
-        let hexes = mesh.hex_count();
+        let hexes = mesh.element_count();
         let arithmetic = limits.arithmetic.iter().find(|arithmetic| arithmetic.lanes == level.name());
         let arithmetic = arithmetic.expect("every level that is measured");
         let mut triad = None;
@@ -206,15 +206,15 @@ impl<'a> Bar<'a> {
         let model = taylor_bar::model(mesh, material.clone(), *element);
         let simulation =
             Simulation::new(mesh, model, level).map_err(|error| Failure::Simulation(format!("error: {error}")))?;
-        let steps = (ELEMENT_STEPS / mesh.hex_count()).clamp(1, MOST_STEPS);
+        let steps = (ELEMENT_STEPS / mesh.element_count()).clamp(1, MOST_STEPS);
         let mut bar = Self { pair, simulation, yielding: 0.0, steps, times: vec![Vec::new(); pools.len()] };
         let all_threads = &pools[pools.len() - 1];
         while bar.simulation.time() < WARM_UP {
             bar.advance(all_threads, 1)?;
         }
         let strain = |simulation: &Simulation| {
-            let mut strain = vec![0.0; simulation.hex_count()];
-            let means = HexMeans { equivalent_plastic_strain: Some(&mut strain), ..HexMeans::default() };
+            let mut strain = vec![0.0; simulation.element_count()];
+            let means = ElementMeans { equivalent_plastic_strain: Some(&mut strain), ..ElementMeans::default() };
             all_threads.install(|| simulation.write_means(means));
             strain
         };
@@ -240,7 +240,7 @@ impl<'a> Bar<'a> {
             self.advance(pool, 1)?;
             let begun = Instant::now();
             self.advance(pool, self.steps)?;
-            let element_steps = (self.steps * self.simulation.hex_count()) as f64;
+            let element_steps = (self.steps * self.simulation.element_count()) as f64;
             self.times[position].push(1e9 * begun.elapsed().as_secs_f64() / element_steps);
         }
         Ok(())
@@ -251,7 +251,7 @@ impl<'a> Bar<'a> {
         let [elastic, yielding] =
             [Pace::Elastic, Pace::Yielding].map(|pace| operations_of_step(material, *element, pace));
         let flops = elastic.flops() as f64 * (1.0 - self.yielding) + yielding.flops() as f64 * self.yielding;
-        let bytes = self.simulation.bytes_per_step() as f64 / self.simulation.hex_count() as f64;
+        let bytes = self.simulation.bytes_per_step() as f64 / self.simulation.element_count() as f64;
         let runs = pools.iter().zip(&self.times).enumerate();
         let runs = runs.map(|(position, (pool, times))| {
             let seconds_at_least = [

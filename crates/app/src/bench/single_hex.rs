@@ -1,18 +1,17 @@
-//! One hex (or one a lane) in the motion of the bar's foot: to count the operations of an element step, and to time the
+//! One element (or one a lane) in the motion of the bar's foot: to count the operations of an element step, and to time the
 //! element alone.
 
-use estar_element::element::{Element, ElementHistory, ElementStep, ElementVisitor};
-use estar_element::hex8::{self, CORNER_SIGNS, CORNERS, HexMotion, HexUpdate};
+use estar_element::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate, ElementVisitor};
 use estar_material::{Material, MaterialModel, MaterialVisitor};
 use estar_solver::model::Formulation;
 use estar_tensor::{Counted, Kernel, Operations, Real, Vector3, array, operations};
 
-/// Edge of the hex, m.
+/// Edge of the hex, or of the cube round the tet, m.
 const EDGE: f64 = 0.25e-3;
 /// Steps that lead to the state of interest.
 pub const STEPS_BEFORE: usize = 20;
 
-/// How fast a hex is deformed.
+/// How fast an element is deformed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// As where a wave passes: every point stays elastic.
@@ -31,21 +30,21 @@ impl Pace {
     }
 }
 
-/// A hex that is compressed, sheared, turned and bent at a constant rate, so that no two of its points do the same.
-pub struct SingleHex<'a, M: Material, E: Element, R: Real> {
+/// An element that is compressed, sheared, turned and bent at a constant rate, so that no two of its points do the same.
+pub struct SingleElement<'a, M: Material, E: Element<NODES>, R: Real, const NODES: usize> {
     material: &'a M,
     element: E,
     history: E::History<R, M::State<R>>,
-    motion: HexMotion<R>,
+    motion: ElementMotion<R, NODES>,
     step: ElementStep,
 }
 
-impl<'a, M: Material, E: Element, R: Real> SingleHex<'a, M, E, R> {
-    /// The hex at rest.
+impl<'a, M: Material, E: Element<NODES>, R: Real, const NODES: usize> SingleElement<'a, M, E, R, NODES> {
+    /// The element at rest.
     pub fn new(material: &'a M, element: E, pace: Pace) -> Self {
         // a corner is moved, so that no two edges are parallel by chance
         let corner = |corner: usize| -> [f64; 3] {
-            let place = CORNER_SIGNS[corner].map(|sign| 0.5 * EDGE * sign);
+            let place = E::PARENT[corner].map(|sign| 0.5 * EDGE * sign);
             if corner == 6 { std::array::from_fn(|i| place[i] * [1.05, 0.98, 1.03][i]) } else { place }
         };
         let velocity = |[x, y, z]: [f64; 3]| {
@@ -55,25 +54,26 @@ impl<'a, M: Material, E: Element, R: Real> SingleHex<'a, M, E, R> {
         };
         let vector = |components: [f64; 3]| Vector3(components.map(R::splat));
         let reference = array(|a| vector(corner(a)));
-        let lumped_mass: [R; CORNERS] = hex8::lumped_mass(&reference, material.elasticity().density());
-        let mut hex = Self {
+        let positions: [Vector3<f64>; NODES] = array(|a| Vector3(corner(a)));
+        let lumped_mass = E::lumped_mass(&positions, material.elasticity().density());
+        let mut element = Self {
             material,
             element,
             history: E::initial_history(material, 0.0),
-            motion: HexMotion {
+            motion: ElementMotion {
                 reference,
                 position: reference,
                 velocity: array(|a| vector(velocity(corner(a)))),
-                corner_mass: lumped_mass.into_iter().reduce(R::min).expect("eight corners"),
+                corner_mass: R::splat(lumped_mass.into_iter().fold(f64::INFINITY, f64::min)),
             },
             step: ElementStep { bulk_viscosity: None, time_step: 0.0 },
         };
-        hex.step.time_step = 0.9 * hex.advance().stable_time_step.lane(0);
-        hex
+        element.step.time_step = 0.9 * element.advance().stable_time_step.lane(0);
+        element
     }
 
-    /// Moves the hex by one step.
-    pub fn advance(&mut self) -> HexUpdate<R> {
+    /// Moves the element by one step.
+    pub fn advance(&mut self) -> ElementUpdate<R, NODES> {
         R::vectorize(Step(self))
     }
 
@@ -85,18 +85,20 @@ impl<'a, M: Material, E: Element, R: Real> SingleHex<'a, M, E, R> {
     }
 }
 
-struct Step<'a, 'b, M: Material, E: Element, R: Real>(&'a mut SingleHex<'b, M, E, R>);
+struct Step<'a, 'b, M: Material, E: Element<NODES>, R: Real, const NODES: usize>(
+    &'a mut SingleElement<'b, M, E, R, NODES>,
+);
 
-impl<M: Material, E: Element, R: Real> Kernel for Step<'_, '_, M, E, R> {
-    type Output = HexUpdate<R>;
+impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> Kernel for Step<'_, '_, M, E, R, NODES> {
+    type Output = ElementUpdate<R, NODES>;
 
     #[inline(always)]
-    fn run(self) -> HexUpdate<R> {
-        let hex = self.0;
-        for (position, velocity) in hex.motion.position.iter_mut().zip(&hex.motion.velocity) {
-            *position = velocity.mul_add(R::splat(hex.step.time_step), *position);
+    fn run(self) -> ElementUpdate<R, NODES> {
+        let single = self.0;
+        for (position, velocity) in single.motion.position.iter_mut().zip(&single.motion.velocity) {
+            *position = velocity.mul_add(R::splat(single.step.time_step), *position);
         }
-        hex.element.advance(hex.material, &mut hex.history, None, &hex.motion, &hex.step)
+        single.element.advance(single.material, &mut single.history, None, &single.motion, &single.step)
     }
 }
 
@@ -126,14 +128,14 @@ struct OperationsOfMaterial<'a, M> {
 impl<M: Material> ElementVisitor for OperationsOfMaterial<'_, M> {
     type Output = Operations;
 
-    fn visit<E: Element>(self, element: E) -> Operations {
-        let mut hex = SingleHex::<M, E, Counted>::new(self.material, element, self.pace);
+    fn visit<const NODES: usize, E: Element<NODES>>(self, element: E) -> Operations {
+        let mut single = SingleElement::<M, E, Counted, NODES>::new(self.material, element, self.pace);
         for _ in 0..STEPS_BEFORE {
-            hex.advance();
+            single.advance();
         }
         operations(|| {
-            let update = hex.advance();
-            let mut results = hex.numbers();
+            let update = single.advance();
+            let mut results = single.numbers();
             results.extend(update.internal_force.iter().flat_map(|force| force.0));
             results.extend([
                 update.internal_energy,
@@ -153,14 +155,15 @@ mod tests {
     use super::*;
     use crate::bench::taylor_bar::ELEMENTS;
     use crate::bench::taylor_bar::materials;
+    use estar_element::hex8;
 
     /// Plastic strain of the points after the steps that lead to the state of interest, and after one more.
     fn strains<M: Material>(material: &M, pace: Pace) -> [Vec<f64>; 2] {
-        let mut hex = SingleHex::<M, _, f64>::new(material, hex8::Formulation::FBar, pace);
+        let mut hex = SingleElement::<M, _, f64, 8>::new(material, hex8::Formulation::FBar, pace);
         for _ in 0..STEPS_BEFORE {
             hex.advance();
         }
-        let strains = |hex: &SingleHex<M, hex8::Formulation, f64>| {
+        let strains = |hex: &SingleElement<M, hex8::Formulation, f64, 8>| {
             hex.history.states.iter().map(|state| material.equivalent_plastic_strain(state)).collect()
         };
         let before = strains(&hex);

@@ -20,9 +20,9 @@ const fn bar_hex_count(cells: usize) -> usize {
     3 * cells * cells * 8 * cells
 }
 
-/// The mesh that has nearest to `hex_count` hexes, in an order kind to the cache.
-pub fn mesh(hex_count: usize) -> Mesh {
-    let cells = (hex_count as f64 / bar_hex_count(1) as f64).cbrt().round().max(1.0) as u32;
+/// The mesh that has nearest to `element_count` hexes, in an order kind to the cache.
+pub fn mesh(element_count: usize) -> Mesh {
+    let cells = (element_count as f64 / bar_hex_count(1) as f64).cbrt().round().max(1.0) as u32;
     let parameters = CylinderParameters {
         radius: 3.2e-3,
         length: 32.4e-3,
@@ -41,7 +41,7 @@ pub fn model(mesh: &Mesh, material: MaterialModel, element: Formulation) -> Mode
     let nodes = |name: &str| mesh.group(name).expect("a group of the generator").nodes.clone();
     let bar = mesh.group("bar").expect("a group of the generator");
     Model {
-        parts: vec![Part { hexes: bar.hexes.clone(), material, element }],
+        parts: vec![Part { elements: bar.elements.clone(), material, element }],
         fixes: vec![
             Fix { nodes: nodes("symmetry_x"), directions: vec![Direction::X] },
             Fix { nodes: nodes("symmetry_y"), directions: vec![Direction::Y] },
@@ -107,8 +107,8 @@ mod tests {
     #[test]
     fn a_bar_has_the_hexes_of_the_peers_or_as_near_as_can_be() {
         assert_eq!(PEERS_HEX_COUNT, 41_472);
-        assert_eq!(mesh(PEERS_HEX_COUNT).hex_count(), PEERS_HEX_COUNT);
-        assert_eq!(mesh(1).hex_count(), 24);
-        assert_eq!(mesh(200).hex_count(), 192);
+        assert_eq!(mesh(PEERS_HEX_COUNT).element_count(), PEERS_HEX_COUNT);
+        assert_eq!(mesh(1).element_count(), 24);
+        assert_eq!(mesh(200).element_count(), 192);
     }
 }

@@ -43,7 +43,7 @@ deck_table! {
         mesh: MeshTable = required,
         /// The materials.
         material: Materials<MaterialModel> = required,
-        /// Which hexes are of which material.
+        /// Which elements are of which material.
         part: Vec<PartTable> = required,
         /// Velocities at time 0.
         initial_velocity: Vec<InitialVelocityTable> = default("[]"),

@@ -5,10 +5,11 @@ use super::macros::{deck_choice, deck_table, deck_variants};
 use super::schema::{Choice, Schema};
 use super::tree::{Node, Value};
 use super::values::{
-    Acceleration, GroupName, Length, MaterialName, MeshFile, NewWallName, NotNegative, Number, OfFaces, OfHexes,
+    Acceleration, GroupName, Length, MaterialName, MeshFile, NewWallName, NotNegative, Number, OfElements, OfFaces,
     OfNodes, Positive, Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
 };
 use crate::diagnostics::{Diagnostic, Diagnostics};
+use estar_mesh::{Mesh, Shape};
 use estar_solver::model::{Direction, Formulation, HourglassControl, WallShape};
 use estar_solver::{Curve, Interpolation};
 
@@ -23,14 +24,15 @@ deck_table! {
 }
 
 deck_table! {
-    /// Hexes of one material and one element formulation. Every hex of the mesh belongs to exactly one part.
+    /// Elements of one material and one formulation. Every element of the mesh belongs to exactly one part.
     pub struct PartTable {
-        /// The hexes.
-        group: GroupName<OfHexes> = required,
+        /// The elements.
+        group: GroupName<OfElements> = required,
         /// Their material.
         material: MaterialName = required,
-        /// Their element.
-        element: ElementKind = default("'hex8-f-bar'"),
+        /// Their element. Unless given `hex8-f-bar` for hexes, `hex8-b-bar` where wedges or pyramids are among them, `tet4` or `tet10`
+        /// for tets.
+        element: At<ElementKind> = optional,
         /// Hourglass control of `hex8-one-point`; `"physical"` unless given.
         hourglass: At<Hourglass> = optional,
         /// Coefficient of the control `stiffness` or `viscous`; 0.05 or 0.1 unless given.
@@ -49,6 +51,10 @@ pub enum ElementKind {
     Full,
     /// `hex8-one-point`.
     OnePoint,
+    /// `tet4`.
+    Tet4,
+    /// `tet10`.
+    Tet10,
 }
 
 /// Hourglass controls by their names.
@@ -67,13 +73,46 @@ const STIFFNESS_COEFFICIENT: f64 = 0.05;
 const VISCOUS_COEFFICIENT: f64 = 0.1;
 
 impl PartTable {
-    /// The formulation of the part's elements; a key that does not suit them is reported.
-    pub fn formulation(&self, diagnostics: &mut Diagnostics) -> Formulation {
+    /// The formulation of the part's elements; shapes that it is not made for and keys that do not suit it are reported.
+    pub fn formulation(&self, mesh: &Mesh, elements: &[u32], diagnostics: &mut Diagnostics) -> Formulation {
+        let has = |shape: Shape| elements.iter().any(|&element| mesh.elements().shape(element as usize) == shape);
+        let shapes: Vec<Shape> = Shape::ALL.into_iter().filter(|shape| has(*shape)).collect();
+        let usual = match shapes[..] {
+            [Shape::Hex8] => ElementKind::FBar,
+            [Shape::Tet4] => ElementKind::Tet4,
+            [Shape::Tet10] => ElementKind::Tet10,
+            _ => ElementKind::BBar,
+        };
+        let formulation = self.of_kind(self.element.as_ref().map_or(usual, |element| element.value), diagnostics);
+        let others: Vec<Shape> = shapes.iter().copied().filter(|shape| formulation.places(*shape).is_none()).collect();
+        if others.is_empty() {
+            return formulation;
+        }
+        let plurals = |shapes: &[Shape]| shapes.iter().map(|shape| shape.plural()).collect::<Vec<_>>().join(" and ");
+        let name = element_name(formulation);
+        let group = &self.group.name;
+        let message =
+            format!("the group `{}` has {}, which elements `{name}` are not made for", group.value, plurals(&others));
+        let fits = [Formulation::FBar, Formulation::BBar, Formulation::Tet4, Formulation::Tet10]
+            .into_iter()
+            .find(|element| shapes.iter().all(|shape| element.places(*shape).is_some()));
+        let help = match fits {
+            Some(element) => format!("take element = \"{}\"", element_name(element)),
+            None => format!("give {} groups and parts of their own: a part has one kind of element", plurals(&shapes)),
+        };
+        let span = self.element.as_ref().map_or(group.span, |element| element.span);
+        diagnostics.push(Diagnostic::error(message).at(span, "this part").help(help));
+        formulation
+    }
+
+    fn of_kind(&self, kind: ElementKind, diagnostics: &mut Diagnostics) -> Formulation {
         let coefficient = self.hourglass_coefficient.as_ref();
-        let of_kind = match self.element {
+        let of_kind = match kind {
             ElementKind::FBar => Formulation::FBar,
             ElementKind::BBar => Formulation::BBar,
             ElementKind::Full => Formulation::Full,
+            ElementKind::Tet4 => Formulation::Tet4,
+            ElementKind::Tet10 => Formulation::Tet10,
             ElementKind::OnePoint => {
                 let control = self.hourglass.as_ref().map_or(Hourglass::Physical, |control| control.value);
                 let or = |default| coefficient.map_or(default, |coefficient| coefficient.value.value);
@@ -112,6 +151,8 @@ deck_choice! { ElementKind {
         do the work of its stress";
     "hex8-one-point" => ElementKind::OnePoint, "eight nodes, one point, hourglass control: the cheapest";
     "hex8" => ElementKind::Full, "eight nodes, full integration; locks when the volume hardly changes";
+    "tet4" => ElementKind::Tet4, "tets of four nodes, one point, volume change and pressure averaged over nodes";
+    "tet10" => ElementKind::Tet10, "tets of ten nodes, four points, mean dilatation against volumetric locking";
 } }
 
 deck_table! {
@@ -339,6 +380,8 @@ pub fn element_name(element: Formulation) -> &'static str {
         Formulation::Full => "hex8",
         Formulation::FBar => "hex8-f-bar",
         Formulation::BBar => "hex8-b-bar",
+        Formulation::Tet4 => "tet4",
+        Formulation::Tet10 => "tet10",
         Formulation::OnePoint(HourglassControl::Physical) => "hex8-one-point",
         Formulation::OnePoint(HourglassControl::Stiffness { .. }) => "hex8-one-point, stiffness",
         Formulation::OnePoint(HourglassControl::Viscous { .. }) => "hex8-one-point, viscous",

@@ -69,14 +69,14 @@ deck_variants! {
         Element = "element" {
             /// Its number in the mesh file.
             label: At<Count> = required,
-            /// A field of hexes.
+            /// A field of elements.
             field: At<ProbeField> = required,
             /// Its component, for `cauchy_stress`: xx, yy, zz, xy, yz or xz.
             component: At<Component> = optional,
         }
-        /// Mean of a field: over nodes, or over hexes by their volume at time 0.
+        /// Mean of a field: over nodes, or over elements by their volume at time 0.
         GroupAverage = "group-average" {
-            /// The nodes or hexes.
+            /// The nodes or elements.
             group: GroupName<OfNodes> = required,
             /// The field.
             field: At<ProbeField> = required,
@@ -85,7 +85,7 @@ deck_variants! {
         }
         /// Largest value of a field.
         Maximum = "maximum" {
-            /// The nodes or hexes.
+            /// The nodes or elements.
             group: GroupName<OfNodes> = required,
             /// The field.
             field: At<ProbeField> = required,
@@ -99,12 +99,12 @@ deck_choice! { ProbeField {
     "position" => ProbeField::Position, "of nodes, m";
     "displacement" => ProbeField::Displacement, "of nodes, m";
     "velocity" => ProbeField::Velocity, "of nodes, m/s";
-    "cauchy_stress" => ProbeField::CauchyStress, "of hexes, Pa";
-    "equivalent_plastic_strain" => ProbeField::EquivalentPlasticStrain, "of hexes";
-    "temperature" => ProbeField::Temperature, "of hexes whose material has one, K";
-    "von_mises_stress" => ProbeField::VonMisesStress, "of hexes, Pa";
-    "pressure" => ProbeField::Pressure, "of hexes, Pa";
-    "volume_ratio" => ProbeField::VolumeRatio, "of hexes";
+    "cauchy_stress" => ProbeField::CauchyStress, "of elements, Pa";
+    "equivalent_plastic_strain" => ProbeField::EquivalentPlasticStrain, "of elements";
+    "temperature" => ProbeField::Temperature, "of elements whose material has one, K";
+    "von_mises_stress" => ProbeField::VonMisesStress, "of elements, Pa";
+    "pressure" => ProbeField::Pressure, "of elements, Pa";
+    "volume_ratio" => ProbeField::VolumeRatio, "of elements";
 } }
 
 deck_choice! { Component {

@@ -570,9 +570,9 @@ pub trait Kinds {
 
 /// A group of hexes.
 #[derive(Clone, Copy, Debug)]
-pub struct OfHexes;
+pub struct OfElements;
 
-impl Kinds for OfHexes {
+impl Kinds for OfElements {
     const KINDS: &'static [GroupKind] = &[GroupKind::Volume];
     const WORDS: &'static str = "volume";
 }

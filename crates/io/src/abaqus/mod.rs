@@ -1,11 +1,12 @@
-//! Abaqus input files: nodes, 8-node bricks, sets and surfaces. What else they say is passed over with a warning.
+//! Abaqus input files: nodes, bricks, wedges, pyramids, tets, sets and surfaces. What else they say is passed over with a warning.
 
 mod keyword;
 mod sets;
 
 use std::collections::BTreeMap;
 
-use estar_mesh::{ElementLabel, NodeLabel};
+use arrayvec::ArrayVec;
+use estar_mesh::{MOST_NODES, NodeLabel, Shape};
 
 use crate::MeshFile;
 use crate::assembly::{Assembly, NodeIndex};
@@ -13,46 +14,67 @@ use crate::error::{Located, Place, Problem, Unsupported, excerpt};
 use keyword::{Keyword, Line, Lines};
 use sets::{Members, SetDefinition, SetKind, Sets, SurfaceDefinition};
 
-/// What an element is to a hex mesh.
+/// What an element is to a mesh of solids.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Shape {
-    Hex,
-    /// Quads and lines only name faces and nodes.
-    Quad,
-    Line,
+enum Use {
+    Solid(Shape),
+    /// A face of so many nodes, which only names faces.
+    Face(usize),
+    /// A line of so many nodes, which only names nodes.
+    Line(usize),
     /// Of no use, and harmless.
     PassedOver,
 }
 
-impl Shape {
-    /// The shape of an element type; an error's advice for solids that are not 8-node bricks.
+impl Use {
+    /// The use of an element type; an error's advice for solids that are not supported.
     fn of(element_type: &str) -> Result<Self, &'static str> {
+        const SOLIDS: [(&str, Shape); 5] = [
+            ("C3D8", Shape::Hex8),
+            ("C3D6", Shape::Wedge6),
+            ("C3D5", Shape::Pyramid5),
+            ("C3D4", Shape::Tet4),
+            ("C3D10", Shape::Tet10),
+        ];
         const QUADS: [&str; 7] = ["CPS4", "CPE4", "CAX4", "S4", "M3D4", "SFM3D4", "R3D4"];
+        const TRIANGLES: [&str; 8] = ["CPS3", "CPE3", "CAX3", "S3", "STRI3", "M3D3", "SFM3D3", "R3D3"];
+        const TRIANGLES_OF_SIX: [&str; 6] = ["CPS6", "CPE6", "CAX6", "STRI65", "M3D6", "SFM3D6"];
         const LINES: [&str; 5] = ["T2D2", "T3D2", "B31", "B21", "R2D2"];
+        const LINES_OF_THREE: [&str; 4] = ["T2D3", "T3D3", "B32", "B22"];
         let is_type = |base: &str| {
             let rest = element_type.strip_prefix(base);
             rest.is_some_and(|letters| letters.bytes().all(|byte| byte.is_ascii_uppercase()))
         };
-        if is_type("C3D8") || is_type("DC3D8") {
-            Ok(Shape::Hex)
-        } else if element_type.starts_with("C3D") || element_type.starts_with("DC3D") || element_type.starts_with("SC")
-        {
-            Err("mesh the volume with 8-node bricks (C3D8 or C3D8R)")
-        } else if QUADS.into_iter().any(is_type) {
-            Ok(Shape::Quad)
-        } else if LINES.into_iter().any(is_type) {
-            Ok(Shape::Line)
+        let is_any = |types: &[&str]| types.iter().any(|base| is_type(base));
+        // diffusive elements are those of the same shape
+        let solid = element_type.strip_prefix('D').unwrap_or(element_type);
+        let is_solid = |base: &str| {
+            solid.strip_prefix(base).is_some_and(|letters| letters.bytes().all(|byte| byte.is_ascii_uppercase()))
+        };
+        if let Some((_, shape)) = SOLIDS.into_iter().find(|(base, _)| is_solid(base)) {
+            Ok(Self::Solid(shape))
+        } else if solid.starts_with("C3D") || element_type.starts_with("SC") {
+            Err("mesh the volume with C3D8, C3D6, C3D4 or C3D10 (or what has as many nodes, such as C3D8R or C3D10M)")
+        } else if is_any(&QUADS) {
+            Ok(Self::Face(4))
+        } else if is_any(&TRIANGLES) {
+            Ok(Self::Face(3))
+        } else if is_any(&TRIANGLES_OF_SIX) {
+            Ok(Self::Face(6))
+        } else if is_any(&LINES) {
+            Ok(Self::Line(2))
+        } else if is_any(&LINES_OF_THREE) {
+            Ok(Self::Line(3))
         } else {
-            Ok(Shape::PassedOver)
+            Ok(Self::PassedOver)
         }
     }
 
     fn node_count(self) -> usize {
         match self {
-            Shape::Hex => 8,
-            Shape::Quad => 4,
-            Shape::Line => 2,
-            Shape::PassedOver => 0,
+            Self::Solid(shape) => shape.node_count(),
+            Self::Face(count) | Self::Line(count) => count,
+            Self::PassedOver => 0,
         }
     }
 }
@@ -61,10 +83,10 @@ impl Shape {
 #[derive(Debug)]
 struct Element {
     label: u64,
-    shape: Shape,
-    nodes: [u64; 8],
+    usage: Use,
+    nodes: ArrayVec<u64, MOST_NODES>,
     line: u64,
-    /// Its index among the hexes, if it is one.
+    /// Its index among the solids, if it is one.
     index: u32,
 }
 
@@ -84,7 +106,7 @@ struct Reader {
     node_labels: Vec<NodeLabel>,
     coordinates: Vec<[f64; 3]>,
     elements: Vec<Element>,
-    hex_count: u32,
+    solid_count: u32,
     sets: Sets,
     /// By type: how many, the first, and where.
     unsupported: BTreeMap<String, (u64, u64, u64, &'static str)>,
@@ -190,10 +212,10 @@ impl Reader {
 
     fn elements(&mut self, keyword: &Keyword, lines: &mut Lines) -> Result<(), Located> {
         let Some(element_type) = keyword.value("TYPE").map(str::to_ascii_uppercase) else {
-            return Err(keyword.syntax("*ELEMENT needs TYPE=C3D8 or C3D8R".into()));
+            return Err(keyword.syntax("*ELEMENT needs a TYPE, such as C3D8 or C3D10".into()));
         };
-        let shape = Shape::of(&element_type);
-        let word_count = 1 + shape.map_or(0, Shape::node_count);
+        let usage = Use::of(&element_type);
+        let word_count = 1 + usage.map_or(0, Use::node_count);
         let mut members = Vec::new();
         let mut words = Vec::new();
         let mut first_line = keyword.line;
@@ -205,7 +227,7 @@ impl Reader {
                 words.push(line.label("a number of an element", field)?);
             }
             let label = words.first().copied().unwrap_or_default();
-            match shape {
+            match usage {
                 Err(advice) => {
                     // How many nodes it has is not known here: one that ends with a comma goes on.
                     let tally = self.unsupported.entry(element_type.clone()).or_insert((0, label, first_line, advice));
@@ -214,30 +236,29 @@ impl Reader {
                         words.clear();
                     }
                 }
-                Ok(Shape::PassedOver) => {
+                Ok(Use::PassedOver) => {
                     if !line.goes_on() {
                         *self.passed_over.entry(format!("ELEMENT, TYPE={element_type}")).or_default() += 1;
                         self.sets.passed_over_elements.insert(label);
                         words.clear();
                     }
                 }
-                Ok(shape) if words.len() >= word_count => {
+                Ok(usage) if words.len() >= word_count => {
                     if words.len() > word_count {
                         let message =
                             format!("element {label}: {} nodes instead of {}", words.len() - 1, word_count - 1);
                         return Err(line.syntax(message));
                     }
-                    let mut nodes = [0; 8];
-                    nodes.iter_mut().zip(&words[1..]).for_each(|(node, word)| *node = *word);
-                    self.elements.push(Element { label, shape, nodes, line: first_line, index: self.hex_count });
-                    self.hex_count += u32::from(shape == Shape::Hex);
+                    let nodes = words[1..].iter().copied().collect();
+                    self.elements.push(Element { label, usage, nodes, line: first_line, index: self.solid_count });
+                    self.solid_count += u32::from(matches!(usage, Use::Solid(_)));
                     members.push(Members::One(label));
                     words.clear();
                 }
                 Ok(_) => {}
             }
         }
-        if shape.is_ok() && !words.is_empty() {
+        if usage.is_ok() && !words.is_empty() {
             let message = format!("element {}: {} nodes instead of {}", words[0], words.len() - 1, word_count - 1);
             return Err(Problem::Syntax { message }.at(Place::Line(first_line)));
         }
@@ -344,11 +365,10 @@ impl Reader {
         }
         let nodes = NodeIndex::new(&assembly.node_labels);
         for element in &self.elements {
-            let corners = nodes.corners::<8>(element.label, &element.nodes[..element.shape.node_count()]);
-            let corners = corners.map_err(|problem| problem.at(Place::Line(element.line)))?;
-            if element.shape == Shape::Hex {
-                assembly.hexes.push(corners);
-                assembly.hex_labels.push(ElementLabel(element.label));
+            let of_element = nodes.nodes(element.label, &element.nodes);
+            let of_element = of_element.map_err(|problem| problem.at(Place::Line(element.line)))?;
+            if let Use::Solid(shape) = element.usage {
+                assembly.add(element.label, shape, &of_element);
             }
         }
         let elements = sets::Elements::new(&self.elements);

@@ -2,14 +2,11 @@
 
 use std::collections::{HashMap, HashSet};
 
-use estar_mesh::{Group, GroupKind};
+use estar_mesh::{Face, Group, GroupKind};
 
-use super::{Element, Shape};
+use super::{Element, Use};
 use crate::assembly::NodeIndex;
 use crate::error::{Located, Place, Problem};
-
-/// The corners of faces S1 to S6 of an 8-node brick.
-const FACES: [[usize; 4]; 6] = [[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]];
 
 /// What a set is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -129,7 +126,7 @@ impl Sets {
                     let key = (SetKind::Elements, set.to_ascii_uppercase());
                     let of_set = resolved.get(&key).ok_or_else(|| missing(name, "set", set, definition.line))?;
                     let used = of_set.iter().filter_map(|label| elements.get(*label));
-                    labels.extend(used.flat_map(|element| &element.nodes[..element.shape.node_count()]));
+                    labels.extend(used.flat_map(|element| &element.nodes));
                     continue;
                 }
                 for_each_label(member, *kind, name, definition.line, &resolved, &mut |label| {
@@ -155,20 +152,23 @@ impl Sets {
     /// The group of an element set, of the greatest dimension that it has elements of.
     fn element_group(&self, name: &str, labels: &[u64], nodes: &NodeIndex, elements: &Elements) -> Option<Group> {
         let members = || labels.iter().filter_map(|label| elements.get(*label));
-        // Corners were found when the elements were made.
-        let of_shape = |shape| members().filter(move |element| element.shape == shape);
-        let corners = |element: &Element| nodes.corners::<4>(element.label, &element.nodes[..4]).unwrap_or_default();
-        let (mut group, shape) = if of_shape(Shape::Hex).next().is_some() {
-            (Group::volume(name, of_shape(Shape::Hex).map(|element| element.index).collect()), Shape::Hex)
-        } else if of_shape(Shape::Quad).next().is_some() {
-            (Group::surface(name, of_shape(Shape::Quad).map(corners).collect()), Shape::Quad)
-        } else if of_shape(Shape::Line).next().is_some() {
-            (Group::curve(name, Vec::new()), Shape::Line)
+        let solids = || members().filter(|element| matches!(element.usage, Use::Solid(_)));
+        let faces = || members().filter(|element| matches!(element.usage, Use::Face(_)));
+        let lines = || members().filter(|element| matches!(element.usage, Use::Line(_)));
+        // nodes were found when the elements were made
+        let face = |element: &Element| Face::new(&nodes.nodes(element.label, &element.nodes).ok()?);
+        let (mut group, labels): (Group, Vec<u64>) = if solids().next().is_some() {
+            let group = Group::volume(name, solids().map(|element| element.index).collect());
+            (group, solids().flat_map(|element| element.nodes.iter().copied()).collect())
+        } else if faces().next().is_some() {
+            let group = Group::surface(name, faces().filter_map(face));
+            (group, faces().flat_map(|element| element.nodes.iter().copied()).collect())
+        } else if lines().next().is_some() {
+            (Group::curve(name, Vec::new()), lines().flat_map(|element| element.nodes.iter().copied()).collect())
         } else {
             return None;
         };
-        let labels = of_shape(shape).flat_map(|element| &element.nodes[..shape.node_count()]);
-        group.nodes = labels.filter_map(|label| nodes.get(*label)).collect();
+        group.nodes = labels.into_iter().filter_map(|label| nodes.get(label)).collect();
         group.nodes.sort_unstable();
         group.nodes.dedup();
         Some(group)
@@ -208,10 +208,17 @@ fn surface_group(
     let mut faces = Vec::new();
     for (member, face) in &surface.faces {
         for_each_label(member, SetKind::Elements, name, line, resolved, &mut |label| {
-            let brick = elements.get(label).filter(|element| element.shape == Shape::Hex);
-            let brick = brick.ok_or_else(|| missing(name, "brick", &label.to_string(), line))?;
-            let corners = FACES[*face].map(|corner| brick.nodes[corner]);
-            faces.push(nodes.corners(label, &corners).map_err(|problem| problem.at(Place::Line(line)))?);
+            let solid = elements.get(label).ok_or_else(|| missing(name, "solid element", &label.to_string(), line))?;
+            let Use::Solid(shape) = solid.usage else {
+                return Err(missing(name, "solid element", &label.to_string(), line));
+            };
+            // Abaqus numbers the faces as they are listed here
+            let Some(places) = shape.faces().get(*face) else {
+                return Err(missing(name, "face", &format!("S{} of the {shape} {label}", face + 1), line));
+            };
+            let labels: Vec<u64> = places.iter().map(|&place| solid.nodes[place]).collect();
+            let of_face = nodes.nodes(label, &labels).map_err(|problem| problem.at(Place::Line(line)))?;
+            faces.extend(Face::new(&of_face));
             Ok(())
         })?;
     }
@@ -219,7 +226,7 @@ fn surface_group(
         return Err(empty(name, GroupKind::Surface, line));
     }
     let mut group = Group::surface(name.as_str(), faces);
-    group.nodes = group.faces.concat();
+    group.nodes = group.faces.iter().flat_map(Face::nodes).copied().collect();
     group.nodes.sort_unstable();
     group.nodes.dedup();
     Ok(group)

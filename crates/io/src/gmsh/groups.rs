@@ -58,7 +58,7 @@ impl PhysicalGroups {
         *self.position.entry(key).or_insert_with(|| {
             let kind = KINDS[dimension];
             let name = self.names.get(&key).cloned().unwrap_or_else(|| format!("{kind}_{}", key.1));
-            let group = Group { name, kind, nodes: Vec::new(), hexes: Vec::new(), faces: Vec::new() };
+            let group = Group { name, kind, nodes: Vec::new(), elements: Vec::new(), faces: Vec::new() };
             self.groups.push((key, group));
             self.groups.len() - 1
         })

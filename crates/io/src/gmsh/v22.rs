@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use estar_mesh::{ElementLabel, NodeLabel};
+use estar_mesh::{ElementNodes, Face, NodeLabel};
 
-use super::element_type::{ElementType, HEX8, LINE2, POINT, QUAD4};
+use super::element_type::{ElementType, Use, swap_order};
 use super::groups::PhysicalGroups;
 use super::{next_section, section_end, skip_section};
 use crate::MeshFile;
@@ -32,7 +32,7 @@ pub(super) fn read(mut cursor: Cursor, format: String) -> Result<MeshFile, Locat
             (b"Elements", _) if has_elements => return second("Elements"),
             (b"Elements", Some(index)) => {
                 has_elements = true;
-                Reader { index, physical: &mut physical, assembly: &mut assembly, hexes_by_nodes: HashMap::new() }
+                Reader { index, physical: &mut physical, assembly: &mut assembly, solids_by_nodes: HashMap::new() }
                     .read_elements(&mut cursor)?;
             }
             (b"Elements", None) => {
@@ -92,7 +92,7 @@ struct Reader<'a> {
     physical: &'a mut PhysicalGroups,
     assembly: &'a mut Assembly,
     /// An element of several physical groups is written once for each, under another number.
-    hexes_by_nodes: HashMap<[u32; 8], (u32, i32)>,
+    solids_by_nodes: HashMap<ElementNodes, (u32, i32)>,
 }
 
 impl Reader<'_> {
@@ -137,7 +137,7 @@ impl Reader<'_> {
                 }
                 // The first tag is the physical group; 0 is none.
                 let group = tags.first().copied().filter(|number| *number != 0);
-                if element_type.is_supported() {
+                if element_type.usage() != Use::Unsupported {
                     self.add(element, element_type, &nodes, group).map_err(|problem| problem.at(place))?;
                 } else if element_type.dimension == 3 || group.is_some() {
                     unsupported.entry(code).or_insert((element_type, 0, element, place)).1 += 1;
@@ -157,41 +157,32 @@ impl Reader<'_> {
         }
     }
 
-    fn add(&mut self, element: u64, kind: ElementType, nodes: &[u64], group: Option<i32>) -> Result<(), Problem> {
-        let position = group.map(|number| self.physical.position(kind.dimension, number));
-        match kind.code {
-            HEX8 => {
-                let corners = self.index.corners(element, nodes)?;
-                let number = group.unwrap_or(0);
-                let mut hex = self.assembly.hexes.len() as u32;
-                match self.hexes_by_nodes.get(&corners) {
-                    Some(&(first, first_number)) if first_number != number => hex = first,
+    fn add(&mut self, element: u64, kind: ElementType, nodes: &[u64], number: Option<i32>) -> Result<(), Problem> {
+        let position = number.map(|number| self.physical.position(kind.dimension, number));
+        if position.is_none() && !matches!(kind.usage(), Use::Solid(_)) {
+            return Ok(());
+        }
+        let mut nodes = self.index.nodes(element, nodes)?;
+        let group = position.map(|position| self.physical.group_mut(position));
+        match (kind.usage(), group) {
+            (Use::Solid(shape), group) => {
+                swap_order(shape, &mut nodes);
+                let number = number.unwrap_or(0);
+                let solid = match self.solids_by_nodes.get(&nodes) {
+                    Some(&(first, first_number)) if first_number != number => first,
                     _ => {
-                        self.hexes_by_nodes.insert(corners, (hex, number));
-                        self.assembly.hexes.push(corners);
-                        self.assembly.hex_labels.push(ElementLabel(element));
+                        let solid = self.assembly.add(element, shape, &nodes);
+                        self.solids_by_nodes.insert(nodes, (solid, number));
+                        solid
                     }
-                }
-                if let Some(position) = position {
-                    self.physical.group_mut(position).hexes.push(hex);
-                }
-            }
-            QUAD4 => {
-                if let Some(position) = position {
-                    self.physical.group_mut(position).faces.push(self.index.corners(element, nodes)?);
+                };
+                if let Some(group) = group {
+                    group.elements.push(solid);
                 }
             }
-            LINE2 => {
-                if let Some(position) = position {
-                    self.physical.group_mut(position).nodes.extend(self.index.corners::<2>(element, nodes)?);
-                }
-            }
-            POINT => {
-                if let Some(position) = position {
-                    self.physical.group_mut(position).nodes.extend(self.index.corners::<1>(element, nodes)?);
-                }
-            }
-            _ => {}
+            (Use::Face, Some(group)) => group.faces.extend(Face::new(&nodes)),
+            (_, Some(group)) => group.nodes.extend(nodes),
+            (_, None) => {}
         }
         Ok(())
     }

@@ -5,9 +5,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use estar_mesh::{ElementLabel, NodeLabel};
+use estar_mesh::{ElementNodes, Face, NodeLabel};
 
-use super::element_type::{ElementType, HEX8, LINE2, POINT, QUAD4};
+use super::element_type::{ElementType, Use, swap_order};
 use super::groups::PhysicalGroups;
 use super::{next_section, section_end, skip_section};
 use crate::MeshFile;
@@ -56,7 +56,7 @@ pub(super) fn read(mut cursor: Cursor, format: String) -> Result<MeshFile, Locat
     let elements = elements.ok_or_else(|| missing("Elements"))?;
     refuse_unsupported(&elements, &entity_groups)?;
     if nodes.labels.is_empty() || elements.iter().all(|block| block.count == 0) {
-        return Err(Problem::Mesh(estar_mesh::MeshError::NoHexes).at(Place::File));
+        return Err(Problem::Mesh(estar_mesh::MeshError::NoElements).at(Place::File));
     }
 
     let index = NodeIndex::new(&nodes.labels);
@@ -69,27 +69,33 @@ pub(super) fn read(mut cursor: Cursor, format: String) -> Result<MeshFile, Locat
             .flatten()
             .map(|number| physical.position(dimension, *number))
             .collect();
-        if block.element_type.code == HEX8 {
-            let first = assembly.hexes.len() as u32;
-            // the count was compared with the size of the file
-            assembly.hexes.reserve(block.count as usize);
-            assembly.hex_labels.reserve(block.count as usize);
-            block.for_each(&index, |label, corners| {
-                assembly.hexes.push(corners);
-                assembly.hex_labels.push(ElementLabel(label));
-            })?;
-            for &group in &groups {
-                physical.group_mut(group).hexes.extend(first..assembly.hexes.len() as u32);
+        match block.element_type.usage() {
+            Use::Solid(shape) => {
+                let first = assembly.elements.len() as u32;
+                // the count was compared with the size of the file
+                assembly.elements.reserve(shape, block.count as usize);
+                assembly.element_labels.reserve(block.count as usize);
+                block.for_each(&index, |label, mut nodes| {
+                    swap_order(shape, &mut nodes);
+                    assembly.add(label, shape, &nodes);
+                })?;
+                for &group in &groups {
+                    physical.group_mut(group).elements.extend(first..assembly.elements.len() as u32);
+                }
             }
-        }
-        for &group in &groups {
-            let group = physical.group_mut(group);
-            match block.element_type.code {
-                QUAD4 => block.for_each(&index, |_, corners| group.faces.push(corners))?,
-                LINE2 => block.for_each(&index, |_, ends: [u32; 2]| group.nodes.extend(ends))?,
-                POINT => block.for_each(&index, |_, node: [u32; 1]| group.nodes.extend(node))?,
-                _ => {}
+            Use::Face => {
+                for &group in &groups {
+                    let faces = &mut physical.group_mut(group).faces;
+                    block.for_each(&index, |_, nodes| faces.extend(Face::new(&nodes)))?;
+                }
             }
+            Use::Nodes => {
+                for &group in &groups {
+                    let of_group = &mut physical.group_mut(group).nodes;
+                    block.for_each(&index, |_, nodes| of_group.extend(nodes))?;
+                }
+            }
+            Use::Unsupported => {}
         }
     }
     assembly.groups = physical.finish().map_err(|problem| problem.at(Place::File))?;
@@ -98,20 +104,17 @@ pub(super) fn read(mut cursor: Cursor, format: String) -> Result<MeshFile, Locat
 
 impl ElementBlock<'_> {
     /// Calls `visit` with the number of each element and the indices of its nodes.
-    fn for_each<const NODES: usize>(
-        &self,
-        index: &NodeIndex,
-        mut visit: impl FnMut(u64, [u32; NODES]),
-    ) -> Result<(), Located> {
+    fn for_each(&self, index: &NodeIndex, mut visit: impl FnMut(u64, ElementNodes)) -> Result<(), Located> {
         let mut cursor = self.start;
+        let mut nodes = Vec::new();
         for _ in 0..self.count {
             let at = cursor;
             let label = cursor.size("an element's number")?;
-            let mut nodes = [0; NODES];
-            for node in &mut nodes {
-                *node = cursor.size("a node's number")?;
+            nodes.clear();
+            for _ in 0..self.element_type.node_count {
+                nodes.push(cursor.size("a node's number")?);
             }
-            visit(label, index.corners(label, &nodes).map_err(|problem| problem.at(at.next_place()))?);
+            visit(label, index.nodes(label, &nodes).map_err(|problem| problem.at(at.next_place()))?);
         }
         Ok(())
     }
@@ -231,7 +234,7 @@ fn refuse_unsupported(blocks: &[ElementBlock], entity_groups: &EntityGroups) -> 
     let mut found: BTreeMap<i32, (ElementType, u64, Cursor)> = BTreeMap::new();
     for block in blocks {
         let used = block.element_type.dimension == 3 || entity_groups.contains_key(&block.entity);
-        if block.count > 0 && used && !block.element_type.is_supported() {
+        if block.count > 0 && used && block.element_type.usage() == Use::Unsupported {
             let tally = found.entry(block.element_type.code).or_insert((block.element_type, 0, block.start));
             tally.1 += block.count;
         }

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::io::{self, Write};
 use std::path::Path;
 
-use estar_mesh::{Group, GroupKind, Mesh};
+use estar_mesh::{Face, Group, GroupKind, Mesh, Shape};
 
-use super::element_type::{HEX8, LINE2, POINT, QUAD4};
+use super::element_type::{LINE2, POINT, QUAD4, TRIANGLE3, TRIANGLE6, solid_code, swap_order};
 use crate::atomic::AtomicFile;
 
 /// Writes a mesh in Gmsh's format 4.1, as text or bytes, such that reading it gives the same mesh.
@@ -78,36 +78,40 @@ struct Block {
     bounds: Vec<f64>,
 }
 
-/// One entity for every combination of volume groups that a hex is in, and at least one for every other group.
+/// One entity for every shape and combination of volume groups that an element is in, and at least one for every other group.
 fn blocks(mesh: &Mesh) -> io::Result<Vec<Block>> {
     let extent: Vec<f64> = mesh.extent().concat();
     let label = |node: u32| mesh.node_labels()[node as usize].0;
-    let mut memberships: Vec<Vec<i32>> = vec![Vec::new(); mesh.hex_count()];
+    let mut memberships: Vec<Vec<i32>> = vec![Vec::new(); mesh.element_count()];
     for (number, group) in (1..).zip(mesh.groups()) {
-        for &hex in &group.hexes {
-            memberships[hex as usize].push(number);
+        for &element in &group.elements {
+            memberships[element as usize].push(number);
         }
     }
-    let mut position: HashMap<Vec<i32>, usize> = HashMap::new();
+    let mut position: HashMap<(Shape, Vec<i32>), usize> = HashMap::new();
     let mut blocks: Vec<Block> = Vec::new();
-    for ((corners, number), membership) in mesh.hexes().iter().zip(mesh.hex_labels()).zip(memberships) {
-        let block = *position.entry(membership).or_insert_with_key(|physical| {
+    for (element, membership) in memberships.into_iter().enumerate() {
+        let shape = mesh.elements().shape(element);
+        let block = *position.entry((shape, membership)).or_insert_with_key(|(_, physical)| {
             blocks.push(Block {
                 dimension: 3,
                 entity: blocks.len() as i32 + 1,
                 physical: physical.clone(),
-                element_type: HEX8,
+                element_type: solid_code(shape),
                 words: Vec::new(),
-                words_each: 9,
+                words_each: 1 + shape.node_count(),
                 bounds: extent.clone(),
             });
             blocks.len() - 1
         });
-        blocks[block].words.push(number.0);
-        blocks[block].words.extend(corners.map(label));
+        let words = &mut blocks[block].words;
+        words.push(mesh.element_labels()[element].0);
+        let first = words.len();
+        words.extend(mesh.elements().nodes(element).iter().map(|&node| label(node)));
+        swap_order(shape, &mut words[first..]);
     }
 
-    let mut next_number = mesh.hex_labels().iter().map(|number| number.0).max().unwrap_or(0);
+    let mut next_number = mesh.element_labels().iter().map(|number| number.0).max().unwrap_or(0);
     let mut number = || {
         next_number = next_number.checked_add(1).ok_or_else(|| {
             io::Error::new(io::ErrorKind::InvalidInput, "element numbers leave no room for the groups' faces; renumber")
@@ -135,7 +139,14 @@ fn blocks(mesh: &Mesh) -> io::Result<Vec<Block>> {
 fn boundary_elements(mesh: &Mesh, group: &Group, extent: &[f64]) -> Vec<(i32, Vec<Vec<u32>>, Vec<f64>)> {
     match group.kind {
         GroupKind::Volume => Vec::new(),
-        GroupKind::Surface => vec![(QUAD4, group.faces.iter().map(|face| face.to_vec()).collect(), extent.to_vec())],
+        GroupKind::Surface => {
+            let of_type = |code: i32, node_count: usize| {
+                let faces = group.faces.iter().map(Face::nodes).filter(|nodes| nodes.len() == node_count);
+                (code, faces.map(<[u32]>::to_vec).collect::<Vec<_>>(), extent.to_vec())
+            };
+            let all = [of_type(QUAD4, 4), of_type(TRIANGLE3, 3), of_type(TRIANGLE6, 6)];
+            all.into_iter().filter(|(_, faces, _)| !faces.is_empty()).collect()
+        }
         GroupKind::Curve => {
             let mut lines: Vec<Vec<u32>> = group.nodes.windows(2).map(<[u32]>::to_vec).collect();
             if let [only] = group.nodes[..] {

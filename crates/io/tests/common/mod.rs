@@ -3,7 +3,7 @@
 
 use estar_io::write_gmsh;
 use estar_mesh::generate::{BoxSpec, box_mesh};
-use estar_mesh::{Group, GroupKind, Mesh};
+use estar_mesh::{Group, GroupKind, Mesh, Shape};
 use std::fs;
 use std::path::PathBuf;
 
@@ -31,8 +31,8 @@ pub fn sample() -> Mesh {
     groups.push(Group::curve("edge", vec![0, 1, 2]));
     groups.push(Group::point("corner", vec![4]));
     let node_labels = (0..18).map(|k| estar_mesh::NodeLabel(40 - 2 * k)).collect();
-    let hex_labels = [14, 12, 13, 11].map(estar_mesh::ElementLabel).to_vec();
-    Mesh::new(bricks.coordinates().to_vec(), node_labels, bricks.hexes().to_vec(), hex_labels, groups).unwrap()
+    let element_labels = [14, 12, 13, 11].map(estar_mesh::ElementLabel).to_vec();
+    Mesh::new(bricks.coordinates().to_vec(), node_labels, bricks.elements().clone(), element_labels, groups).unwrap()
 }
 
 pub fn gmsh41(mesh: &Mesh, binary: bool) -> Vec<u8> {
@@ -77,15 +77,25 @@ pub fn gmsh22(mesh: &Mesh, binary: bool) -> Vec<u8> {
     };
     for (physical, group) in (1..).zip(mesh.groups()) {
         match group.kind {
-            GroupKind::Volume => elements.extend(
-                group
-                    .hexes
-                    .iter()
-                    .map(|&hex| (5, physical, mesh.hex_labels()[hex as usize].0, mesh.hexes()[hex as usize].to_vec())),
-            ),
-            GroupKind::Surface => {
-                elements.extend(group.faces.iter().map(|face| (3, physical, number(), face.to_vec())));
-            }
+            GroupKind::Volume => elements.extend(group.elements.iter().map(|&element| {
+                let element = element as usize;
+                let mut nodes = mesh.elements().nodes(element).to_vec();
+                let code = match mesh.elements().shape(element) {
+                    Shape::Tet4 => 4,
+                    Shape::Hex8 => 5,
+                    Shape::Wedge6 => 6,
+                    Shape::Pyramid5 => 7,
+                    Shape::Tet10 => {
+                        nodes.swap(8, 9);
+                        11
+                    }
+                };
+                (code, physical, mesh.element_labels()[element].0, nodes)
+            })),
+            GroupKind::Surface => elements.extend(group.faces.iter().map(|face| {
+                let code = [2, 3, 0, 9][face.nodes().len() - 3];
+                (code, physical, number(), face.nodes().to_vec())
+            })),
             GroupKind::Curve => {
                 elements.extend(group.nodes.windows(2).map(|line| (1, physical, number(), line.to_vec())));
             }
@@ -117,7 +127,7 @@ pub fn abaqus(mesh: &Mesh) -> Vec<u8> {
         out += &format!("  {label}, {}, {}, {:e}\n", x[0], x[1], x[2]);
     }
     out += "*Element, type=C3D8R\n";
-    for (number, nodes) in mesh.hex_labels().iter().zip(mesh.hexes()) {
+    for (number, nodes) in mesh.element_labels().iter().zip(mesh.elements().iter()) {
         let nodes: Vec<String> = nodes.iter().map(|&node| label(node).to_string()).collect();
         out += &format!("{number}, {},\n {}\n", nodes[..5].join(", "), nodes[5..].join(", "));
     }

@@ -61,7 +61,7 @@ pub fn box_mesh(spec: &BoxSpec) -> Mesh {
             }
             face
         });
-        Group::surface(name, faces.collect())
+        Group::surface(name, faces)
     };
     let groups = vec![
         Group::volume("box", (0..hexes.len() as u32).collect()),
@@ -94,6 +94,7 @@ mod tests {
             assert!(group.nodes.iter().all(|&node| mesh.coordinates()[node as usize][axis] == value));
             // Written outwards already, up to the first corner.
             for (written, outward) in group.faces.iter().zip(mesh.outward_faces(group).unwrap()) {
+                let (written, outward) = (written.nodes(), outward.nodes());
                 let start = outward.iter().position(|node| *node == written[0]).unwrap();
                 assert_eq!([0, 1, 2, 3].map(|k| outward[(start + k) % 4]), *written);
             }

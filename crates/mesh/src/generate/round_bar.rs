@@ -187,8 +187,8 @@ impl Bar<'_> {
             groups.push(Group::surface("symmetry_x", swept(&self.section.on_x)));
             groups.push(Group::surface("symmetry_y", swept(&self.section.on_y)));
         }
-        groups.push(Group::surface(low_end, end(0).map(downwards).collect()));
-        groups.push(Group::surface(high_end, end(last).collect()));
+        groups.push(Group::surface(low_end, end(0).map(downwards)));
+        groups.push(Group::surface(high_end, end(last)));
         groups.push(Group::surface("side", swept(&self.section.side)));
         groups
     }
@@ -249,6 +249,7 @@ mod tests {
             let group = mesh.group(name).unwrap();
             assert!(group.nodes.iter().all(|&node| test(at(node))), "{name}");
             for (written, outward) in group.faces.iter().zip(mesh.outward_faces(group).unwrap()) {
+                let (written, outward) = (written.nodes(), outward.nodes());
                 let start = outward.iter().position(|node| *node == written[0]).unwrap();
                 assert_eq!([0, 1, 2, 3].map(|k| outward[(start + k) % 4]), *written, "{name}");
             }
@@ -262,14 +263,14 @@ mod tests {
         let outer_face_count: usize =
             mesh.groups().iter().filter(|g| g.kind == GroupKind::Surface).map(|g| g.faces.len()).sum();
         // 21 quads in section, 3 layers: two ends, 5 edges on each symmetry plane, 6 on the circle.
-        assert_eq!((mesh.hex_count(), outer_face_count), (63, 2 * 21 + 3 * (5 + 5 + 6)));
+        assert_eq!((mesh.element_count(), outer_face_count), (63, 2 * 21 + 3 * (5 + 5 + 6)));
     }
 
     #[test]
     fn a_full_cylinder_has_no_symmetry_planes() {
         let mesh = bar(Section::Full, 2, 2);
         assert!(mesh.group("symmetry_x").is_none());
-        assert_eq!(mesh.hex_count(), 4 * 12 * 3);
+        assert_eq!(mesh.element_count(), 4 * 12 * 3);
         assert_eq!(mesh.outward_faces(mesh.group("side").unwrap()).unwrap().len(), 48);
     }
 
@@ -293,7 +294,7 @@ mod tests {
         assert!((widest - 6.413).abs() < 1e-12);
         let report = QualityReport::new(&mesh);
         assert!(report.errors().is_empty() && report.summary().min_scaled_jacobian > 0.6);
-        assert_eq!(mesh.hex_count(), 27 * 15);
+        assert_eq!(mesh.element_count(), 27 * 15);
     }
 
     #[test]

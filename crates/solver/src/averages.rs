@@ -1,0 +1,237 @@
+//! What the four-node tets of a block have between them: volume change and mean stress, averaged over nodes and back (see
+//! [`tet4`]). As with forces, each patch sums in rows of its own and each node sums its rows in one order.
+
+use crate::assembly::RowLists;
+use crate::patch::{PATCH, Patches};
+use crate::solid_block::{MOST_LANES, NodalMotion, gather};
+use estar_element::element::{ElementHistory, ElementMotion, Neighbourhood};
+use estar_element::tet4::{self, NODES, mean_stress_forces, volumes};
+use estar_tensor::{Kernel, Real, Vector3};
+use rayon::prelude::*;
+use std::marker::PhantomData;
+
+/// Averages over the nodes of a block.
+pub(crate) struct NodalAverages {
+    /// Four sums for each node of each patch.
+    rows: Vec<[f64; 4]>,
+    lists: RowLists,
+    /// Of each node of the mesh J^¼, Δt θ and σ; of one that is in no element 1, 0, 0.
+    nodes: Vec<[f64; 3]>,
+}
+
+/// The packs of a block, in patches.
+pub(crate) struct Packs<'a, H, R> {
+    patches: &'a Patches,
+    history: &'a mut [H],
+    element_count: usize,
+    corner_count: usize,
+    lanes: PhantomData<R>,
+}
+
+impl<'a, H, R> Packs<'a, H, R> {
+    /// The packs of `element_count` elements with `corner_count` corners each.
+    pub fn new(patches: &'a Patches, history: &'a mut [H], element_count: usize, corner_count: usize) -> Self {
+        Self { patches, history, element_count, corner_count, lanes: PhantomData }
+    }
+}
+
+/// What is done with every element.
+#[derive(Clone, Copy)]
+enum Task<'a> {
+    /// Adds V, v, v at mid-step and its change to the rows.
+    AddVolumes { time_step: f64 },
+    /// Takes J̄ and Δt θ̄ from the averages of the nodes.
+    TakeVolumes { nodes: &'a [[f64; 3]] },
+    /// Adds v σ and v to the rows.
+    AddStresses,
+    /// Takes σ̄ from the averages of the nodes and its forces from the rows.
+    TakeStresses { nodes: &'a [[f64; 3]] },
+}
+
+impl NodalAverages {
+    /// Of elements that have not moved.
+    pub fn new(patches: &Patches, node_count: usize) -> Self {
+        Self {
+            rows: vec![[0.0; 4]; patches.row_count()],
+            lists: RowLists::new(node_count, || patches.rows()),
+            nodes: vec![[1.0, 0.0, 0.0]; node_count],
+        }
+    }
+
+    /// Gives every element the volume change of its neighbourhood.
+    pub fn share_volumes<S, H: ElementHistory<R, S>, R: Real>(
+        &mut self,
+        mut packs: Packs<'_, H, R>,
+        motion: NodalMotion<'_>,
+        time_step: f64,
+    ) {
+        packs.visit(motion, Task::AddVolumes { time_step }, &mut self.rows);
+        let (rows, lists) = (&self.rows, &self.lists);
+        self.nodes.par_iter_mut().with_min_len(PATCH).enumerate().for_each(|(node, average)| {
+            let [reference, now, half, change] = lists.sums(rows, node);
+            *average =
+                if reference > 0.0 { [(now / reference).sqrt().sqrt(), change / half, 0.0] } else { [1.0, 0.0, 0.0] };
+        });
+        packs.visit(motion, Task::TakeVolumes { nodes: &self.nodes }, &mut self.rows);
+    }
+
+    /// Adds the forces of the mean stress of every neighbourhood to those of the patches.
+    pub fn add_mean_stress_forces<S, H: ElementHistory<R, S>, R: Real>(
+        &mut self,
+        mut packs: Packs<'_, H, R>,
+        motion: NodalMotion<'_>,
+        patch_forces: &mut [[f64; 4]],
+    ) {
+        packs.visit(motion, Task::AddStresses, &mut self.rows);
+        let (rows, lists) = (&self.rows, &self.lists);
+        self.nodes.par_iter_mut().with_min_len(PATCH).enumerate().for_each(|(node, average)| {
+            let [weighted, volume, ..] = lists.sums(rows, node);
+            average[2] = if volume > 0.0 { weighted / volume } else { 0.0 };
+        });
+        packs.visit(motion, Task::TakeStresses { nodes: &self.nodes }, patch_forces);
+    }
+
+    /// Bytes that a step reads and writes.
+    pub fn bytes_per_step(&self) -> usize {
+        4 * size_of_val(&*self.rows) + 2 * self.lists.bytes_per_step() + 4 * size_of_val(&*self.nodes)
+    }
+}
+
+impl<H, R: Real> Packs<'_, H, R> {
+    fn visit<S>(&mut self, motion: NodalMotion<'_>, task: Task<'_>, rows: &mut [[f64; 4]])
+    where
+        H: ElementHistory<R, S>,
+    {
+        let (patches, packs) = (self.patches, PATCH / R::LANES);
+        let pack_corners = self.corner_count * R::LANES;
+        let element_count = self.element_count;
+        let work = self
+            .history
+            .par_chunks_mut(packs)
+            .zip(patches.corners().par_chunks(packs * pack_corners))
+            .zip(rows.par_chunks_mut(patches.stride()))
+            .enumerate();
+        work.for_each(|(patch, ((history, corners), rows))| {
+            let nodes = patches.nodes(patch);
+            R::vectorize(PatchTask {
+                task,
+                motion,
+                history,
+                element_count: (element_count - patch * PATCH).min(PATCH),
+                nodes,
+                corners,
+                pack_corners,
+                rows: &mut rows[..nodes.len()],
+                numbers: PhantomData::<(R, S)>,
+            });
+        });
+    }
+}
+
+/// The work of one thread at a time.
+struct PatchTask<'a, H, R, S> {
+    task: Task<'a>,
+    motion: NodalMotion<'a>,
+    history: &'a mut [H],
+    element_count: usize,
+    nodes: &'a [u32],
+    corners: &'a [u16],
+    pack_corners: usize,
+    rows: &'a mut [[f64; 4]],
+    numbers: PhantomData<(R, S)>,
+}
+
+impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { task, motion: field, history, element_count, nodes: of_patch, corners, pack_corners, rows, .. } =
+            self;
+        if matches!(task, Task::AddVolumes { .. } | Task::AddStresses) {
+            rows.fill([0.0; 4]);
+        }
+        let zero = R::splat(0.0);
+        let mut nodes = [[0; MOST_LANES]; NODES];
+        let nodes = &mut nodes.as_flattened_mut()[..NODES * R::LANES];
+        let mut of_lanes = [[0.0; MOST_LANES]; 4];
+        let mut force_lanes = [[[0.0; MOST_LANES]; 3]; NODES];
+        let corner = [Vector3::zero(); NODES];
+        let mut motion = ElementMotion { reference: corner, position: corner, velocity: corner, corner_mass: zero };
+        let mut averages = corner;
+        for (pack, (history, corners)) in history.iter_mut().zip(corners.chunks_exact(pack_corners)).enumerate() {
+            for (node, &corner) in nodes.iter_mut().zip(corners) {
+                *node = of_patch[corner as usize];
+            }
+            let is_deleted = history.stable_time_step().ge(R::splat(f64::INFINITY));
+            let Some(shared) = history.neighbourhood() else { continue };
+            if let Task::TakeVolumes { nodes: of_nodes } | Task::TakeStresses { nodes: of_nodes } = task {
+                gather(&mut averages, of_nodes, nodes);
+            }
+            if !matches!(task, Task::TakeVolumes { .. }) {
+                gather(&mut motion.reference, field.reference, nodes);
+                gather(&mut motion.position, field.displacement, nodes);
+                for (position, reference) in motion.position.iter_mut().zip(&motion.reference) {
+                    *position = *reference + *position;
+                }
+            }
+            let lane_count = R::LANES.min(element_count - pack * R::LANES);
+            let added = match task {
+                Task::AddVolumes { time_step } => {
+                    gather(&mut motion.velocity, field.velocity, nodes);
+                    let volumes = volumes(&motion, time_step);
+                    [volumes.reference, volumes.now, volumes.half, volumes.change]
+                }
+                Task::AddStresses => {
+                    let volume = tet4::volume(&motion.position);
+                    [shared.mean_stress * volume, volume, zero, zero]
+                }
+                Task::TakeVolumes { .. } => {
+                    take_volumes(shared, &averages);
+                    continue;
+                }
+                Task::TakeStresses { .. } => {
+                    let [a, b, c, d] = &averages;
+                    let (a, b, c, d) = (a.0[2], b.0[2], c.0[2], d.0[2]);
+                    let mean_stress = R::select(is_deleted, zero, ((a + b) + (c + d)) * 0.25);
+                    let forces = mean_stress_forces(&motion.position, mean_stress);
+                    for (lanes, force) in force_lanes.iter_mut().zip(&forces) {
+                        for (lanes, component) in lanes.iter_mut().zip(force.0) {
+                            component.store(lanes);
+                        }
+                    }
+                    // element by element: the order of a sum is that of any number of lanes
+                    for lane in 0..lane_count {
+                        for (corner, lanes) in force_lanes.iter().enumerate() {
+                            let row = &mut rows[corners[corner * R::LANES + lane] as usize];
+                            for (sum, component) in row.iter_mut().zip(lanes) {
+                                *sum -= component[lane];
+                            }
+                        }
+                    }
+                    continue;
+                }
+            };
+            for (lanes, number) in of_lanes.iter_mut().zip(added) {
+                R::select(is_deleted, zero, number).store(lanes);
+            }
+            for lane in 0..lane_count {
+                for corner in 0..NODES {
+                    let row = &mut rows[corners[corner * R::LANES + lane] as usize];
+                    for (sum, number) in row.iter_mut().zip(&of_lanes) {
+                        *sum += number[lane];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// J̄ = (Π J_a)^¼, θ̄ = ¼ Σ θ_a.
+#[inline(always)]
+fn take_volumes<R: Real>(shared: &mut Neighbourhood<R>, averages: &[Vector3<R>; NODES]) {
+    let [a, b, c, d] = averages;
+    let (a, b, c, d) = (a.0, b.0, c.0, d.0);
+    shared.jacobian = (a[0] * b[0]) * (c[0] * d[0]);
+    shared.increment = ((a[1] + b[1]) + (c[1] + d[1])) * 0.25;
+}
