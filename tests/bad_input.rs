@@ -191,6 +191,8 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     input.addition("more added mass than allowed", "", &["--set", heavy], 2, "stays within the limit");
     let slow = "time.quasi_static={ transits = 1e6 }";
     input.addition("process that is not slow", "", &["--set", slow], 2, "too fast");
+    let flying = &["--set", "time.quasi_static={ transits = 1.0 }"];
+    input.addition("slow process that begins in motion", "", flying, 2, "begins at rest");
     let twice = "time.mass_damping=1.0";
     let settings = &["--set", "time.quasi_static={ transits = 1.0 }", "--set", twice];
     input.addition("damping that is chosen twice", "", settings, 2, "chooses the damping itself");

@@ -271,7 +271,7 @@ fn a_run_that_does_not_fit_into_memory_is_refused_before_it_begins() {
     };
     for command in ["run deck.toml", "check deck.toml"] {
         limited(300_000, command).assert(2, &["this run needs about", "MiB are left", "coarser mesh"]);
-        limited(50_000, command).assert(2, &["reading box.msh needs about", "deck.toml:5:8", "coarser mesh"]);
+        limited(70_000, command).assert(2, &["reading box.msh needs about", "deck.toml:5:8", "coarser mesh"]);
     }
     assert!(!workshop.path("deck").exists(), "nothing is written before");
     limited(300_000, "mesh box --cells 300 300 300 --output big.msh #")

@@ -90,7 +90,7 @@ fn verified(expected: &str, tolerance: &str) -> (i32, String, PathBuf, tempfile:
     }
     let text = format!(
         "[[case]]\nname = \"mine\"\nabout = \"two <by> two\"\ndeck = \"cook.toml\"\nmesh = \"cook_2.msh\"\ncost = 0.1\nbits = true\n\
-         check = [{{ quantity = \"tip\", value = \"{expected}\", tolerance = \"{tolerance}\", source = \"this program\" }}]\n"
+         check = [{{ quantity = \"tip_displacement\", value = \"{expected}\", tolerance = \"{tolerance}\", source = \"this program\" }}]\n"
     );
     fs::write(directory.path().join("mine.toml"), text).unwrap();
     let output = directory.path().join("out");
@@ -121,7 +121,7 @@ fn a_right_reference_passes_and_the_report_shows_it() {
 fn a_wrong_reference_fails_and_so_does_the_command() {
     let (code, said, output, _directory) = verified("2.9 mm", "1 %");
     assert_eq!(code, 5, "{said}");
-    assert!(said.contains("FAILED") && said.contains("tip at end is 2.1"), "{said}");
+    assert!(said.contains("FAILED") && said.contains("tip_displacement at end is 2.1"), "{said}");
     let page = fs::read_to_string(output.join("report.html")).unwrap();
     assert!(page.contains("1 of 1 cases failed"));
 }
@@ -145,6 +145,14 @@ fn tables_that_cannot_be_are_refused() {
     fs::write(directory.path().join("lost.toml"), lost.replace("lost.toml", "no.toml")).unwrap();
     let (code, said) = verify(&["--cases", "lost.toml"]);
     assert!(code == 5 && said.contains("no.toml"), "{said}");
+    for (name, fault) in [("../escape", "letters, digits"), ("", "letters, digits")] {
+        fs::write(directory.path().join("odd.toml"), lost.replacen("lost", name, 1)).unwrap();
+        let (code, said) = verify(&["--cases", "odd.toml"]);
+        assert!(code == 2 && said.contains(fault), "{said}");
+    }
+    fs::write(directory.path().join("twice.toml"), lost.repeat(2)).unwrap();
+    let (code, said) = verify(&["--cases", "twice.toml"]);
+    assert!(code == 2 && said.contains("two cases are named"), "{said}");
     let (code, said) = verify(&["--list"]);
     assert!(code == 0 && said.contains("taylor") && said.contains("with --full"), "{said}");
 }

@@ -81,8 +81,9 @@ struct Quality {
 struct StableTimeSteps {
     /// From the bound of the elements, of `time_step = "element"`.
     element: f64,
-    /// From the estimate for the assembled mesh, of `time_step = "power"`.
-    power: f64,
+    /// From the estimate for the assembled mesh, of `time_step = "power"`, where its elements can have that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    power: Option<f64>,
 }
 
 /// An element with its stable time step.
@@ -216,12 +217,14 @@ fn in_words(problem: &Problem, forecast: &Forecast) -> String {
     let mut text = String::from("  quality    ");
     text.push_str(&problem.quality.to_string().trim_end().replace('\n', "\n             "));
     let StableTimeSteps { element, power } = forecast.stable_time_steps;
-    let _ = write!(
-        text,
-        "\n  stable     {element:.6e} s by the bound of the elements, {power:.6e} s by the assembled mesh: {:.1} % more with\n             \
-         [time] time_step = \"power\"",
-        100.0 * (power / element - 1.0)
-    );
+    let _ = write!(text, "\n  stable     {element:.6e} s by the bound of the elements");
+    if let Some(power) = power {
+        let _ = write!(
+            text,
+            ", {power:.6e} s by the assembled mesh: {:.1} % more with\n             [time] time_step = \"power\"",
+            100.0 * (power / element - 1.0)
+        );
+    }
     let _ = write!(text, "\n  the elements that control the time step (stable step without the safety factor):");
     for controlling in &forecast.controlling_elements {
         let _ = write!(text, "\n    element {:<10} {:.6e} s", controlling.element, controlling.stable_time_step);

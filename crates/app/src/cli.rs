@@ -6,7 +6,7 @@ use crate::console::{print, tell};
 use crate::deck::json_schema;
 use crate::example::{self, ExampleArguments};
 use crate::failure::Failure;
-use crate::mesh_command::{MeshCommand, mesh};
+use crate::mesh_command::{ConvertArguments, MeshCommand, convert, mesh};
 use crate::plot_command::{self, PlotArguments};
 use crate::point::{PointOptions, point};
 use crate::run::{RunOptions, run};
@@ -48,6 +48,8 @@ enum Command {
     /// Make structured meshes, or look into a mesh file
     #[command(subcommand)]
     Mesh(MeshCommand),
+    /// Write a mesh for ParaView, with a field for each group
+    Convert(ConvertArguments),
     /// Time per element step of every element and material, against the limits of this machine
     Bench(BenchArguments),
     /// Print the completions of a shell, to be put where it looks for them
@@ -229,6 +231,7 @@ fn execute(command: Command) -> Result<(), Failure> {
         Command::Plot(arguments) => plot_command::plot(&arguments),
         Command::Example(arguments) => example::example(&arguments),
         Command::Mesh(command) => mesh(&command),
+        Command::Convert(arguments) => convert(&arguments),
         Command::Completions { shell } => print_completions(shell),
         Command::Man => print_manual(),
         Command::Bench(arguments) => bench(&BenchOptions {

@@ -9,17 +9,17 @@ use std::path::Path;
 
 /// While a mesh is read, its file and what is made of it are in memory, about as much again.
 const BYTES_PER_BYTE_OF_MESH: u64 = 2;
-/// A mesh that is made: its nodes, hexes, labels and groups.
-const BYTES_PER_NEW_HEX: u64 = 200;
-/// A frame on its way, with its grid: bytes of numbers and of what they are packed into, per node and per hex.
+/// A mesh that is made: its nodes, elements, labels and groups.
+const BYTES_PER_NEW_ELEMENT: u64 = 200;
+/// A frame on its way, with its grid: bytes of numbers and of what they are packed into, per node and per element.
 const FRAME_PER_NODE: usize = 56;
-const FRAME_PER_HEX: usize = 100;
+const FRAME_PER_ELEMENT: usize = 100;
 
 /// Bytes that a run of a problem takes beside those that it has taken already, about.
 pub fn needed(problem: &Problem) -> u64 {
     let mesh = &problem.mesh;
     // the thread that writes the frames has a mesh of its own
-    let frames = mesh.node_count() * (FRAME_PER_NODE + 32) + mesh.element_count() * (FRAME_PER_HEX + 40);
+    let frames = mesh.node_count() * (FRAME_PER_NODE + 32) + mesh.element_count() * (FRAME_PER_ELEMENT + 40);
     (memory_needed(mesh, &problem.model) + frames) as u64
 }
 
@@ -33,9 +33,9 @@ pub fn shortage_of_mesh(path: &Path) -> Option<String> {
     shortage(&format!("reading {}", path.display()), size.saturating_mul(BYTES_PER_BYTE_OF_MESH))
 }
 
-/// Why a mesh of so many hexes cannot be made, if it does not fit.
+/// Why a mesh of so many elements cannot be made, if it does not fit.
 pub fn shortage_of_new_mesh(element_count: u64) -> Option<String> {
-    shortage("this mesh", element_count.saturating_mul(BYTES_PER_NEW_HEX))
+    shortage("this mesh", element_count.saturating_mul(BYTES_PER_NEW_ELEMENT))
 }
 
 /// Why a problem cannot be run, if it does not fit.

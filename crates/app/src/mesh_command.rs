@@ -1,19 +1,20 @@
 //! `estar mesh`: structured meshes, and what is in a mesh file.
 
-use crate::console::print;
+use crate::console::{print, tell};
 use crate::deck::units::{self, Dimension};
 use crate::failure::Failure;
 use crate::format;
 use crate::memory;
 use clap::{Args, Subcommand};
+use estar_io::{Field, FieldData, Frame, Grid, MeshFile, WriteError, write_frame_file};
 use estar_mesh::generate::{
     BoxSpec, CylinderParameters, CylinderSpec, NeckingBarParameters, NeckingBarSpec, Section, SpecError, box_mesh,
     cut_into, cylinder, necking_bar,
 };
 use estar_mesh::quality::QualityReport;
-use estar_mesh::{Mesh, Shape};
+use estar_mesh::{Group, GroupKind, Mesh, Shape};
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Meshes that need no mesher, and a look into mesh files.
 #[derive(Debug, Subcommand)]
@@ -187,15 +188,21 @@ pub fn mesh(command: &MeshCommand) -> Result<(), Failure> {
     }
 }
 
-fn write(target: &Target, mesh: impl FnOnce() -> Mesh) -> Result<(), Failure> {
-    if target.output.exists() && !target.force {
-        let message = format!("error: {} is there already\nhelp: overwrite it with --force", target.output.display());
+/// A file is written where there is none, or an ordinary one that may be overwritten.
+fn check_target(output: &Path, force: bool) -> Result<(), Failure> {
+    if output.exists() && !force {
+        let message = format!("error: {} is there already\nhelp: overwrite it with --force", output.display());
         return Err(Failure::Input(message));
     }
     // the new file takes the place of the old: a device or a link would be gone
-    if target.output.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
-        return Err(Failure::File(format!("error: {} is there and no ordinary file", target.output.display())));
+    if output.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
+        return Err(Failure::File(format!("error: {} is there and no ordinary file", output.display())));
     }
+    Ok(())
+}
+
+fn write(target: &Target, mesh: impl FnOnce() -> Mesh) -> Result<(), Failure> {
+    check_target(&target.output, target.force)?;
     let mesh = match target.shape {
         Shape::Hex8 => mesh(),
         shape => cut_into(&mesh(), shape),
@@ -205,14 +212,80 @@ fn write(target: &Target, mesh: impl FnOnce() -> Mesh) -> Result<(), Failure> {
     print(&format!("{}: {nodes} nodes, {elements}, in metres", target.output.display()))
 }
 
-fn info(file: &std::path::Path) -> Result<(), Failure> {
+fn read(file: &Path) -> Result<MeshFile, Failure> {
     if let Some(shortage) = memory::shortage_of_mesh(file) {
         return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
     }
-    let read = estar_io::read_mesh(file).map_err(|error| {
+    estar_io::read_mesh(file).map_err(|error| {
         let message = format!("error: {error}");
         if error.is_unreadable() { Failure::File(message) } else { Failure::Input(message) }
-    })?;
+    })
+}
+
+/// What `estar convert` is to do.
+#[derive(Debug, Args)]
+pub struct ConvertArguments {
+    /// The mesh: Gmsh 4.1 or 2.2 (.msh), or Abaqus (.inp)
+    file: PathBuf,
+    /// The file to write (.vtu); the mesh's name with that ending unless given
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite a file that is there
+    #[arg(long)]
+    force: bool,
+}
+
+/// Writes a mesh for ParaView, with the numbers of nodes and elements and a field for each group.
+///
+/// # Errors
+/// The mesh cannot be read, or the file cannot be written.
+pub fn convert(arguments: &ConvertArguments) -> Result<(), Failure> {
+    let MeshFile { mesh, warnings, .. } = read(&arguments.file)?;
+    warnings.iter().for_each(|warning| tell(&format!("warning: {warning}\n")));
+    let output = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension("vtu"));
+    if output.extension().is_none_or(|ending| ending != "vtu") {
+        let message = format!("error: {} does not end in .vtu, the format that is written", output.display());
+        return Err(Failure::Input(message));
+    }
+    check_target(&output, arguments.force)?;
+    let node_labels: Vec<i64> = mesh.node_labels().iter().map(|label| label.0 as i64).collect();
+    let element_labels: Vec<i64> = mesh.element_labels().iter().map(|label| label.0 as i64).collect();
+    // 1 in the group, 0 elsewhere
+    let members = |count: usize, members: &[u32]| {
+        let mut marks = vec![0_u8; count];
+        members.iter().for_each(|&member| marks[member as usize] = 1);
+        marks
+    };
+    let (volumes, others): (Vec<&Group>, Vec<&Group>) =
+        mesh.groups().iter().partition(|group| group.kind == GroupKind::Volume);
+    let of_nodes = others.iter().map(|group| (group_field(group), members(mesh.node_count(), &group.nodes)));
+    let of_elements = volumes.iter().map(|group| (group_field(group), members(mesh.element_count(), &group.elements)));
+    let (of_nodes, of_elements): (Vec<_>, Vec<_>) = (of_nodes.collect(), of_elements.collect());
+    let node_fields = mesh_fields("node_id", &node_labels, &of_nodes);
+    let cell_fields = mesh_fields("element_id", &element_labels, &of_elements);
+    let refused = |error: WriteError| Failure::File(format!("error: {error}"));
+    let grid = Grid::new(mesh.node_count(), mesh.elements(), &node_fields, &cell_fields).map_err(refused)?;
+    let points = FieldData::F64(mesh.coordinates().as_flattened());
+    let frame = Frame { time: 0.0, grid: &grid, points, node_fields: Vec::new(), cell_fields: Vec::new() };
+    write_frame_file(&output, &frame).map_err(refused)?;
+    let elements = format::elements(&mesh, |number| number.to_string());
+    let groups = mesh.groups().len();
+    print(&format!("{}: {} nodes, {elements}, {groups} groups", output.display(), mesh.node_count()))
+}
+
+fn group_field(group: &Group) -> String {
+    format!("group {}", group.name)
+}
+
+/// The numbers of the user, and a mark for the members of each group.
+fn mesh_fields<'a>(name: &'a str, labels: &'a [i64], groups: &'a [(String, Vec<u8>)]) -> Vec<Field<'a>> {
+    let labels = Field { name, components: 1, data: FieldData::I64(labels) };
+    let marks = groups.iter().map(|(name, marks)| Field { name, components: 1, data: FieldData::U8(marks) });
+    std::iter::once(labels).chain(marks).collect()
+}
+
+fn info(file: &Path) -> Result<(), Failure> {
+    let read = read(file)?;
     let mesh = &read.mesh;
     let mut text = String::new();
     let _ = writeln!(text, "{} ({})", file.display(), read.format);

@@ -32,7 +32,7 @@ pub struct PlotArguments {
     #[arg(long, value_name = "NAME")]
     component: Option<String>,
     /// Frame at or before this time, s; the last unless given
-    #[arg(long, value_name = "TIME", conflicts_with = "animate")]
+    #[arg(long, value_name = "TIME", conflicts_with = "animate", value_parser = time)]
     time: Option<f64>,
     /// From where: iso, x, y, z, or azimuth and elevation in degrees such as 30,20
     #[arg(long, value_name = "VIEW", default_value = "iso", value_parser = view, allow_hyphen_values = true)]
@@ -69,9 +69,14 @@ fn view(text: &str) -> Result<View, String> {
     }
 }
 
+fn time(text: &str) -> Result<f64, String> {
+    let time = text.parse::<f64>().ok().filter(|time| time.is_finite() && *time >= 0.0);
+    time.ok_or_else(|| "a number of seconds, 0 or greater".to_owned())
+}
+
 fn range(text: &str) -> Result<[f64; 2], String> {
     match pair(text) {
-        Some([low, high]) if low < high => Ok([low, high]),
+        Some([low, high]) if low < high && (high - low).is_finite() => Ok([low, high]),
         _ => Err("two numbers, the smaller first, such as 0,2".to_owned()),
     }
 }

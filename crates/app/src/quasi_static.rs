@@ -38,6 +38,11 @@ impl QuasiStatic {
             let help = "leave out `mass_damping`, and give `quasi_static.damping` if need be";
             diagnostics.push(diagnostic.at(deck.time.span, "`mass_damping` is in this table").help(help));
         }
+        if let Some(first) = deck.initial_velocity.first() {
+            let message = "a process of `time.quasi_static` begins at rest";
+            let help = "its mass is scaled, and with it the energy of a velocity: leave one of the two out";
+            diagnostics.push(Diagnostic::error(message).at(first.span, "a velocity at time 0").help(help));
+        }
         let [low, high] = mesh.extent();
         let length = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
         // c = √(E/ρ), of the slowest material
@@ -60,6 +65,10 @@ impl QuasiStatic {
         }
         // with f times the mass waves are √f times slower
         let mass_factor = (own_transits / wanted.transits.value).powi(2);
+        if !mass_factor.is_finite() {
+            let message = "no mass is great enough for so slow a process";
+            diagnostics.push(Diagnostic::error(message).at(wanted.span, "more `transits` or an earlier `time.end`"));
+        }
         // α = 2 ζ ω with ω = π c/(2 L) of a bar that is held at one end
         let slowed = speed / mass_factor.sqrt();
         let mass_damping = 2.0 * wanted.damping.value * std::f64::consts::FRAC_PI_2 * slowed / length;

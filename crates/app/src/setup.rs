@@ -273,6 +273,9 @@ fn check_temperature(deck: &Deck, parts: &[Part], diagnostics: &mut Diagnostics)
     }
 }
 
+/// Largest kinetic energy of added mass where the deck names none, as a share of the largest energy in play.
+const KINETIC_LIMIT: f64 = 0.1;
+
 /// Mass scaling that does nothing yet; of a quasi-static process the kinetic energy is reported, not limited.
 const UNSCALED: MassScaling = MassScaling { factor: 1.0, target_time_step: 0.0, limit: 0.0, kinetic_limit: f64::MAX };
 
@@ -325,7 +328,11 @@ fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
                 factor: scaling.factor.value.value,
                 target_time_step: scaling.target_time_step.map_or(0.0, |step| step.value),
                 limit: scaling.limit.value,
-                kinetic_limit: scaling.kinetic_limit.value,
+                kinetic_limit: match (&scaling.kinetic_limit, &deck.time.quasi_static) {
+                    (Some(limit), _) => limit.value,
+                    (None, Some(_)) => UNSCALED.kinetic_limit,
+                    (None, None) => KINETIC_LIMIT,
+                },
             }),
             mass_damping: deck.time.mass_damping.value,
         },

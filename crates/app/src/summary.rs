@@ -46,7 +46,7 @@ pub struct Summary {
     pub time_step_estimates: u64,
     /// Wall time of the loop with its output, s.
     pub wall_seconds: f64,
-    /// Hexes times steps over wall time.
+    /// Elements times steps over wall time.
     pub element_steps_per_second: f64,
     /// Wall time per element step, ns.
     pub grind_time_ns: f64,

@@ -28,6 +28,6 @@ pub use error::{Place, Problem, ReadError, Unsupported};
 pub use gmsh::{write_gmsh, write_gmsh_file};
 pub use history::{HistoryWriter, Value};
 pub use mesh_file::{MeshFile, read_mesh, read_mesh_bytes};
-pub use results::{ResultWriter, WriteError};
+pub use results::{ResultWriter, WriteError, write_frame_file};
 pub use vtu::{Field, FieldData, Frame, FrameError, Grid};
 pub use vtu_reader::{FieldContent, FrameContent, FrameReadError, read_frame, read_frame_bytes};

@@ -122,12 +122,7 @@ impl ResultWriter {
     /// [`WriteError::Frame`] if a field does not fit; [`WriteError::Unwritable`].
     pub fn write_frame(&mut self, frame: &Frame) -> Result<PathBuf, WriteError> {
         let path = self.folder.join(frame_name(self.times.len()));
-        let write = || {
-            let mut file = AtomicFile::create(&path)?;
-            write_vtu(&mut file, frame)?;
-            Ok(file.commit()?)
-        };
-        write().map_err(WriteError::of(&path))?;
+        write_frame_file(&path, frame)?;
         self.times.push(frame.time);
         self.write_series()?;
         Ok(path)
@@ -151,6 +146,19 @@ impl ResultWriter {
         };
         write().map_err(WriteError::of(&path))
     }
+}
+
+/// Writes a frame that stands alone.
+///
+/// # Errors
+/// [`WriteError::Frame`] if a field does not fit; [`WriteError::Unwritable`].
+pub fn write_frame_file(path: &Path, frame: &Frame) -> Result<(), WriteError> {
+    let write = || {
+        let mut file = AtomicFile::create(path)?;
+        write_vtu(&mut file, frame)?;
+        Ok(file.commit()?)
+    };
+    write().map_err(WriteError::of(path))
 }
 
 const FIELDS: &str = "fields";

@@ -127,11 +127,15 @@ impl Simulation {
         self.watch_elements();
     }
 
-    /// The stable time step of the assembled mesh at t_n as `time_step = "power"` has it, s.
-    pub fn global_time_step(&mut self) -> f64 {
+    /// The stable time step of the assembled mesh at t_n as `time_step = "power"` has it, s; none where that is not known for some of
+    /// the elements.
+    pub fn global_time_step(&mut self) -> Option<f64> {
+        if !self.blocks.iter().all(|block| block.elements.has_linear_forces()) {
+            return None;
+        }
         let node_count = self.nodes.mass.len();
         let mut lanczos = Lanczos::new(node_count, estimating_steps(3 * node_count));
-        self.first_estimate(&mut lanczos)
+        Some(self.first_estimate(&mut lanczos))
     }
 
     /// The estimate where no earlier one tells with which step damping counts: the same over and over, from the bound of the elements

@@ -41,6 +41,30 @@ fn difference(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
+/// Of a curved tool: where less of the normal than this is free, cos² of 60°, a node would have to go far along the surface to get
+/// out, and is left to what holds it.
+const SMALLEST_MOBILITY_ON_CURVES: f64 = 0.25;
+
+impl WallShape {
+    /// The λ with which `gap` + λ along the free part of the normal ends on the surface; none where that part is too small.
+    #[inline]
+    fn way_out(&self, gap: f64, free_normal: &[f64; 3]) -> Option<f64> {
+        let mobility = dot(free_normal, free_normal);
+        let (radius, across) = match self {
+            Self::Plane { .. } => return (mobility >= SMALLEST_MOBILITY).then(|| -gap / mobility),
+            Self::Sphere { radius, .. } => (radius, mobility),
+            Self::Cylinder { axis, radius, .. } => (radius, mobility - dot(free_normal, axis).powi(2)),
+        };
+        if mobility < SMALLEST_MOBILITY_ON_CURVES {
+            return None;
+        }
+        // |a + λ n_f|² = r² across the axis, with a = (r + g) n and a · n_f = (r + g) n_f · n_f
+        let arm = radius + gap;
+        let along = arm * mobility;
+        Some(((along * along + across * (radius * radius - arm * arm)).sqrt() - along) / across)
+    }
+}
+
 impl RigidWall {
     /// A plane at rest through a point with the unit normal towards the body; `friction` is Coulomb's coefficient.
     pub const fn plane(point: [f64; 3], normal: [f64; 3], friction: f64) -> Self {
@@ -161,11 +185,9 @@ impl MovingWall {
         // n_f, the part of the normal along which the node can move; a node held against the wall is not the wall's
         let free_normal: [f64; 3] = std::array::from_fn(|i| if free[i] { normal[i] } else { 0.0 });
         let mobility = dot(&free_normal, &free_normal);
-        if mobility < SMALLEST_MOBILITY {
-            return NONE;
-        }
-        // the normal impulse per mass −g_{n+1}/(Δt n_f · n_f) brings the gap to zero
-        let normal_change = -gap_new / (time_step * mobility);
+        // the normal impulse per mass that brings the gap to zero: −g_{n+1}/(Δt n_f · n_f) on a plane
+        let Some(way_out) = self.wall.shape.way_out(gap_new, &free_normal) else { return NONE };
+        let normal_change = way_out / time_step;
         let relative = difference(velocity, &self.velocity_new);
         let approach = dot(&relative, &free_normal) / mobility;
         let sliding: [f64; 3] =
@@ -233,6 +255,20 @@ mod tests {
         let smooth = RigidWall { friction: 0.0, ..wall };
         let pushed = velocity(&smooth, [1.0, 2.0, -3.0], [0.0; 3], [true; 3]);
         assert!((pushed[2] - 4.0).abs() < 1e-12 && pushed[0] == 1.0 && pushed[1] == 2.0, "{pushed:?}");
+    }
+
+    #[test]
+    fn a_node_on_a_symmetry_plane_ends_on_a_curved_surface_or_is_left_to_what_holds_it() {
+        let shape = WallShape::Sphere { centre: [0.0; 3], radius: 1.0 };
+        let wall = RigidWall { shape, friction: 0.0, motion: None };
+        // z is held: the way out is along x
+        let position = [0.9, 0.0, 0.5];
+        let v = velocity(&wall, [-1.0, 0.0, 0.0], position, [true, true, false]);
+        let end = [position[0] + 0.1 * v[0], 0.0, 0.5];
+        assert!(wall.gap(&end, 0.0).abs() < 1e-14, "{end:?}");
+        // nearly below the centre it would be flung out of there
+        let below = [1e-3, 0.0, 0.99];
+        assert_eq!(velocity(&wall, [-1.0, 0.0, 0.0], below, [true, true, false]), [-1.0, 0.0, 0.0]);
     }
 
     #[test]

@@ -455,9 +455,10 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> ElementBlock f
     }
 
     fn scale_mass(&mut self, element: usize, factor: f64) {
-        let mass = &mut self.corner_mass[element / R::LANES];
-        *mass =
-            R::from_lanes(|lane| if lane == element % R::LANES { factor * mass.lane(lane) } else { mass.lane(lane) });
+        let (mass, own) = (&mut self.corner_mass[element / R::LANES], element % R::LANES);
+        // the last pack is filled up with copies of the last element, which must stay copies
+        let copies = if element + 1 == self.members.len() { own..R::LANES } else { own..own + 1 };
+        *mass = R::from_lanes(|lane| if copies.contains(&lane) { factor * mass.lane(lane) } else { mass.lane(lane) });
     }
 
     fn stable_time_step(&self, element: usize) -> f64 {

@@ -124,7 +124,7 @@ fn step_is_within_3_percent_below_the_exact_limit_and_converges_to_it_in_every_f
             let is_viscous = matches!(formulation, Formulation::OnePoint(HourglassControl::Viscous { .. }));
             let exact = exact_limit(&operators(&mesh, formulation, None), is_viscous);
             let mut simulation = new(&mesh, Model { parts: whole(&mesh, elastic(), formulation), ..resting() });
-            let (element, step) = (simulation.element_time_step(), simulation.global_time_step());
+            let (element, step) = (simulation.element_time_step(), simulation.global_time_step().unwrap());
             let converged = simulation.exact_global_time_step(400);
             println!(
                 "{name}, {formulation:?}: {:.4} of the exact step, converged {:.1e}, bound of the elements {:.3}",
@@ -151,7 +151,7 @@ fn step_accounts_for_the_damping_of_bulk_viscosity() {
         let settings = TimeSettings { bulk_viscosity, ..until(1.0) };
         let mut simulation =
             new(mesh, Model { parts: whole(mesh, elastic(), formulation), settings, ..Model::default() });
-        let (element, step) = (simulation.element_time_step(), simulation.global_time_step());
+        let (element, step) = (simulation.element_time_step(), simulation.global_time_step().unwrap());
         let converged = simulation.exact_global_time_step(400);
         println!(
             "{formulation:?}: {:.4} of the exact step, converged {:.1e}, bound of the elements {:.3}",

@@ -51,8 +51,8 @@ deck_table! {
         /// Largest mass that the target may add to a part, as a share of its mass.
         limit: Quantity<NotNegative<Number>> = default("'5 %'"),
         /// Largest kinetic energy of added mass, as a share of the largest energy in play so far. From a tenth of the time on the
-        /// run stops when it is passed.
-        kinetic_limit: Quantity<Positive<Number>> = default("'10 %'"),
+        /// run stops when it is passed. 10 % unless given; none with `quasi_static`, which reports it.
+        kinetic_limit: Quantity<Positive<Number>> = optional,
     }
 }
 

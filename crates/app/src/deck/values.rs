@@ -568,7 +568,7 @@ pub trait Kinds {
     const WORDS: &'static str;
 }
 
-/// A group of hexes.
+/// A group of elements.
 #[derive(Clone, Copy, Debug)]
 pub struct OfElements;
 

@@ -374,11 +374,15 @@ impl Scale {
             return Ticks { values: decades.map(|decade| 10_f64.powi(decade)).collect(), power: 0, decimals: None };
         }
         let raw = (high - low) / most;
+        let largest = low.abs().max(high.abs());
+        if !raw.is_normal() || raw < largest * 1e-12 {
+            // no step between them can be told in digits
+            return Ticks { values: vec![low], power: 0, decimals: Some(0) };
+        }
         let decade = 10_f64.powf(raw.log10().floor());
         let step = [1.0, 2.0, 5.0].map(|digit| digit * decade).into_iter().find(|step| *step >= raw);
         let step = step.unwrap_or(10.0 * decade);
         let (first, last) = ((low / step - 1e-9).ceil() as i64, (high / step + 1e-9).floor() as i64);
-        let largest = low.abs().max(high.abs());
         let exponent = largest.log10().floor() as i32;
         let power = if (-2..4).contains(&exponent) { 0 } else { exponent };
         let step_exponent = (step.log10() + 1e-9).floor() as i32;
@@ -402,7 +406,7 @@ struct Ticks {
 impl Ticks {
     fn text(&self, value: f64) -> String {
         let text = match self.decimals {
-            Some(decimals) => format!("{:.*}", decimals, value / 10_f64.powi(self.power)),
+            Some(decimals) => format!("{:.*}", decimals.min(17), value / 10_f64.powi(self.power)),
             None => format!("10^{{{}}}", value.log10().round()),
         };
         text.replace('-', "−")

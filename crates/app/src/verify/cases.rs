@@ -74,7 +74,7 @@ pub struct Check {
 pub enum When {
     /// `start`, `end`, `largest` (the largest value of the run) or `always` (every row).
     Word(String),
-    /// Where another column first reaches a value.
+    /// Where another column first rises to a value.
     Where(BTreeMap<String, String>),
 }
 
@@ -108,7 +108,25 @@ pub fn cases(text: &str) -> Result<Vec<Case>, String> {
     struct Cases {
         case: Vec<Case>,
     }
-    toml::from_str::<Cases>(text).map(|cases| cases.case).map_err(|error| error.to_string())
+    let cases = toml::from_str::<Cases>(text).map_err(|error| error.to_string())?.case;
+    for (index, case) in cases.iter().enumerate() {
+        let name = &case.name;
+        // it names a folder
+        let is_name = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
+        if !is_name {
+            return Err(format!("the case \"{name}\": a name has letters, digits, `_` and `-` only"));
+        }
+        if cases[..index].iter().any(|other| other.name == *name) {
+            return Err(format!("two cases are named \"{name}\""));
+        }
+        if let Some(axis) = case.mirror.iter().find(|axis| !["x", "y", "z"].contains(&axis.as_str())) {
+            return Err(format!("the case \"{name}\": mirror has x, y and z, not \"{axis}\""));
+        }
+        if case.check.iter().any(|check| matches!(&check.at, When::Where(places) if places.is_empty())) {
+            return Err(format!("the case \"{name}\": `at` names no column"));
+        }
+    }
+    Ok(cases)
 }
 
 /// What became of a check.
@@ -160,7 +178,7 @@ impl Check {
             tolerance,
             wanted: format!("{} ± {}", self.value, self.tolerance),
             source: self.source.clone(),
-            met: (found - expected).abs() < tolerance,
+            met: (found - expected).abs() <= tolerance,
         })
     }
 

@@ -144,6 +144,10 @@ pub fn faults(outcome: &Outcome) -> Vec<String> {
 /// The directory cannot be written. A run that fails is an outcome.
 pub fn run_case(program: &Path, case: &Case, source: &Source, directory: &Path) -> Result<Outcome, Failure> {
     let start = Instant::now();
+    // what an earlier verification left would be shown as if it were of this one
+    if results(directory).exists() {
+        fs::remove_dir_all(results(directory)).map_err(Failure::writing(directory))?;
+    }
     fs::create_dir_all(directory).map_err(Failure::writing(directory))?;
     let mut outcome = Outcome {
         name: case.name.clone(),
@@ -194,13 +198,13 @@ fn judged(program: &Path, case: &Case, source: &Source, directory: &Path) -> Res
         None => (),
         Some(MeshSource::File(file)) => {
             let mesh = placed(file, source, directory)?;
-            set.push(format!("mesh.file='{}'", mesh.display()));
+            set.push(mesh_file(&mesh.display().to_string()));
         }
         Some(MeshSource::Generated(arguments)) => {
             let mesh = directory.join("mesh.msh").display().to_string();
             let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
             estar(program, &[&["mesh"], &arguments[..], &["--force", "--output", &mesh]].concat())?;
-            set.extend([format!("mesh.file='{mesh}'"), "mesh.scale=1.0".to_owned()]);
+            set.extend([mesh_file(&mesh), "mesh.scale=1.0".to_owned()]);
         }
     }
     if !set.is_empty() {
@@ -232,6 +236,11 @@ fn judged(program: &Path, case: &Case, source: &Source, directory: &Path) -> Res
         same_bits(&hash, &again, "a run that was stopped half-way and resumed")?;
     }
     Ok((findings, hash))
+}
+
+/// The override of the mesh's file, whatever characters its path has.
+fn mesh_file(path: &str) -> String {
+    format!("mesh.file=\"{}\"", path.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
 fn same_bits(hash: &str, again: &Path, whose: &str) -> Result<(), String> {
