@@ -43,7 +43,7 @@ pub fn read_and_write_mesh(bytes: &[u8]) {
             // names with quotes and numbers up to the largest are refused by the writer
             let binary = bytes.len().is_multiple_of(2);
             let Some(ordered) = written_and_read(&mesh, binary) else { return };
-            let counts = |mesh: &Mesh| [mesh.node_count(), mesh.hex_count(), mesh.groups().len()];
+            let counts = |mesh: &Mesh| [mesh.node_count(), mesh.element_count(), mesh.groups().len()];
             assert_eq!(counts(&ordered), counts(&mesh));
             assert_eq!(written_and_read(&ordered, !binary).as_ref(), Some(&ordered));
         }
