@@ -37,26 +37,25 @@ pub fn prefixed(number: f64) -> String {
 
 /// A number in four digits: `0.25`, `-12.5`, `3.2e8`.
 pub fn short(number: f64) -> String {
+    digits(number, 4)
+}
+
+/// A number in so many digits, without zeros at its end.
+pub fn digits(number: f64, count: usize) -> String {
+    let without_zeros = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text.to_owned(),
+    };
     let magnitude = number.abs();
     if number == 0.0 || (1e-3..1e5).contains(&magnitude) {
-        let decimals = if magnitude >= 1000.0 {
-            0
-        } else if magnitude >= 100.0 {
-            1
-        } else if magnitude >= 10.0 {
-            2
-        } else {
-            3
-        };
-        let text = format!("{number:.decimals$}");
-        return if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
+        let before_point = if number == 0.0 { 1 } else { magnitude.log10().floor() as i32 + 1 };
+        let decimals = (count as i32 - before_point).max(0) as usize;
+        return without_zeros(&format!("{number:.decimals$}"));
     }
-    let text = format!("{number:.3e}");
+    let text = format!("{number:.*e}", count - 1);
     match text.split_once('e') {
-        Some((digits, power)) if digits.contains('.') => {
-            format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.'))
-        }
-        _ => text,
+        Some((digits, power)) => format!("{}e{power}", without_zeros(digits)),
+        None => text,
     }
 }
 
@@ -92,7 +91,11 @@ mod tests {
         for (number, text) in [(0.0, "0"), (0.25, "0.25"), (-12.5, "-12.5"), (3.2e8, "3.2e8"), (8e-5, "8e-5")] {
             assert_eq!(short(number), text);
         }
-        assert_eq!(short(1.0), "1");
+        assert_eq!(
+            (short(1.0), short(0.015_844), short(99_999.9)),
+            ("1".to_owned(), "0.01584".to_owned(), "100000".to_owned())
+        );
+        assert_eq!(digits(189_933.9, 6), "1.89934e5");
         assert_eq!(short(f64::NAN), "NaN");
     }
 }

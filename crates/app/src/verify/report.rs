@@ -4,7 +4,7 @@ use super::cases::{Case, When};
 use super::{Outcome, results};
 use crate::bench::machine::Description;
 use crate::failure::Failure;
-use crate::format::{duration, short};
+use crate::format::{digits, duration};
 use crate::plot::shaded::{Style, View, Window};
 use crate::plot::surface::{Part, Surface};
 use crate::plot::{Axis, Curve, Figure, Panel, shaded};
@@ -136,7 +136,7 @@ fn section(case: &Case, outcome: &Outcome, results: &Path) -> String {
                 "<tr><td><code>{}</code></td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
                 escaped(&finding.quantity),
                 escaped(&finding.at),
-                short(finding.found),
+                digits(finding.found, 6),
                 escaped(&finding.wanted),
                 escaped(&finding.source),
                 verdict_of(finding.met)
