@@ -26,10 +26,36 @@ impl Light {
     }
 }
 
+/// Passes over the elements until the target is met. One does, but where a damping that mass changes shortens the steps of
+/// elements by shares of their own.
+const MOST_PASSES: usize = 16;
+
 impl Simulation {
+    /// Makes elements heavier until the run begins with the target step.
+    pub(crate) fn scale_mass(
+        &mut self,
+        scaling: &MassScaling,
+        makes: &[(Formulation, f64)],
+        masses: &[f64],
+    ) -> Result<(), ModelError> {
+        let mut by_target = vec![0.0; masses.len()];
+        for _ in 0..MOST_PASSES {
+            self.scale_to_target(scaling, makes, masses, &mut by_target)?;
+            self.update_elements(0.0);
+            let time_step = self.settings.safety_factor * self.elements.stable_time_step.value;
+            if time_step >= scaling.target_time_step * (1.0 - 1e-9) {
+                break;
+            }
+        }
+        for (added, by_target) in self.added_mass.iter_mut().zip(by_target) {
+            *added += by_target;
+        }
+        Ok(())
+    }
+
     /// Makes the elements heavier that do not allow the target step. `makes` are elements and density of the parts, with the factor of
-    /// the scaling in it; `masses` are their own, and `added` takes what each gets.
-    pub(crate) fn scale_to_target(
+    /// the scaling in it; `masses` are their own, and `added` takes what the target adds to each.
+    fn scale_to_target(
         &mut self,
         scaling: &MassScaling,
         makes: &[(Formulation, f64)],
@@ -51,14 +77,17 @@ impl Simulation {
                     light.push(Light { element, mass, time_step });
                 }
             }
+            if light.is_empty() {
+                continue;
+            }
             let addition =
                 |target: f64| light.iter().map(|light| light.mass * (light.factor(target) - 1.0)).sum::<f64>();
-            let (of_target, allowed) = (addition(target), scaling.limit * masses[part]);
+            let (of_target, allowed) = (addition(target), scaling.limit * masses[part] - added[part]);
             if of_target > allowed {
                 let attainable = largest_within(allowed, target, addition);
                 return Err(ModelError::AddedMass {
                     part,
-                    share: of_target / masses[part],
+                    share: (added[part] + of_target) / masses[part],
                     limit: scaling.limit,
                     count: light.len(),
                     attainable,

@@ -192,7 +192,7 @@ impl Simulation {
             wall_impulses: vec![[0.0; 3]; chunk_count * model.walls.len().max(1)],
             walls: std::mem::take(&mut model.walls).into_iter().map(MovingWall::new).collect(),
             added_shares: Vec::new(),
-            added_mass: Vec::new(),
+            added_mass,
             node_sums: vec![NodeSums::default(); chunk_count],
             elements: BlockReport::EMPTY,
             global_time_step: match model.settings.time_step {
@@ -222,12 +222,10 @@ impl Simulation {
             return Err(ModelError::NotFinite { element });
         }
         if let Some(scaling) = &scaling {
-            simulation.scale_to_target(scaling, &makes, &masses, &mut added_mass)?;
+            simulation.scale_mass(scaling, &makes, &masses)?;
             let shares = own_mass.iter().zip(&simulation.nodes.mass).map(|(own, mass)| 1.0 - own / mass);
             simulation.added_shares = shares.collect();
-            simulation.update_elements(0.0);
         }
-        simulation.added_mass = added_mass;
         let nodes = &simulation.nodes;
         let of_node = |(mass, v): (&f64, &[f64; 3])| 0.5 * mass * v.iter().map(|v| v * v).sum::<f64>();
         let kinetic = || nodes.mass.iter().zip(&nodes.velocity).map(of_node);
