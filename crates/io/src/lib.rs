@@ -30,4 +30,4 @@ pub use history::{HistoryWriter, Value};
 pub use mesh_file::{MeshFile, read_mesh, read_mesh_bytes};
 pub use results::{ResultWriter, WriteError, write_frame_file};
 pub use vtu::{Field, FieldData, Frame, FrameError, Grid};
-pub use vtu_reader::{FieldContent, FrameContent, FrameReadError, read_frame, read_frame_bytes};
+pub use vtu_reader::{FieldContent, FrameContent, FrameReadError, read_frame, read_frame_bytes, read_frame_with};

@@ -73,8 +73,17 @@ impl FrameContent {
 /// # Errors
 /// The file cannot be read, or is not as it was written.
 pub fn read_frame(path: &Path) -> Result<FrameContent, FrameReadError> {
+    read_frame_with(path, |_| true)
+}
+
+/// Reads the frame of a file, but of its fields only the numbers of those that are wanted by name: the others are there with their
+/// components and without numbers. Unpacking is most of the work.
+///
+/// # Errors
+/// The file cannot be read, or is not as it was written.
+pub fn read_frame_with(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<FrameContent, FrameReadError> {
     let bytes = fs::read(path).map_err(|source| FrameReadError::Unreadable { path: path.to_owned(), source })?;
-    read_frame_bytes(&bytes).map_err(|what| FrameReadError::Content { path: path.to_owned(), what })
+    frame_of(&bytes, wanted).map_err(|what| FrameReadError::Content { path: path.to_owned(), what })
 }
 
 /// Reads a frame from the bytes of its file; an error says what is wrong.
@@ -82,6 +91,10 @@ pub fn read_frame(path: &Path) -> Result<FrameContent, FrameReadError> {
 /// # Errors
 /// The bytes are not as they were written.
 pub fn read_frame_bytes(bytes: &[u8]) -> Result<FrameContent, String> {
+    frame_of(bytes, |_| true)
+}
+
+fn frame_of(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<FrameContent, String> {
     const APPENDED: &[u8] = b"<AppendedData encoding=\"raw\">\n_";
     let start =
         bytes.windows(APPENDED.len()).position(|window| window == APPENDED).ok_or("it has no arrays behind the XML")?;
@@ -109,13 +122,20 @@ pub fn read_frame_bytes(bytes: &[u8]) -> Result<FrameContent, String> {
                     continue;
                 }
                 let (node_count, cell_count) = counts().ok_or("its arrays come before their counts")?;
+                let field = |tuples: usize| {
+                    if wanted(&array.name) {
+                        array.field(tuples)
+                    } else {
+                        Ok(FieldContent { components: array.components, data: Vec::new() })
+                    }
+                };
                 match section.as_str() {
                     "Points" => frame.points = array.triples(node_count)?,
                     "PointData" => {
-                        frame.node_fields.insert(array.name.clone(), array.field(node_count)?);
+                        frame.node_fields.insert(array.name.clone(), field(node_count)?);
                     }
                     "CellData" => {
-                        frame.cell_fields.insert(array.name.clone(), array.field(cell_count)?);
+                        frame.cell_fields.insert(array.name.clone(), field(cell_count)?);
                     }
                     "Cells" => match array.name.as_str() {
                         "connectivity" => frame.connectivity = array.all_indices(node_count)?,

@@ -3,7 +3,9 @@
 mod common;
 
 use common::Folder;
-use estar_io::{Field, FieldData, Frame, FrameContent, Grid, ResultWriter, read_frame, read_frame_bytes};
+use estar_io::{
+    Field, FieldData, Frame, FrameContent, Grid, ResultWriter, read_frame, read_frame_bytes, read_frame_with,
+};
 use estar_mesh::{Elements, Shape};
 use std::fs;
 
@@ -49,6 +51,19 @@ fn a_frame_is_read_back_as_it_was_written() {
     assert_eq!((node_fields["velocity <\"&>"].components, node_fields["velocity <\"&>"].data.len()), (3, 36));
     assert_eq!(cell_fields["strain"].data, [0.25, 1.5]);
     assert_eq!(cell_fields["part"].data, [1.0, 2.0]);
+}
+
+#[test]
+fn fields_that_are_not_wanted_have_no_numbers_and_the_rest_is_the_same() {
+    let folder = Folder::new("wanted");
+    let path = folder.0.join("frame.vtu");
+    fs::write(&path, frame("wanted_source")).unwrap();
+    let (whole, part) = (read_frame(&path).unwrap(), read_frame_with(&path, |name| name == "strain").unwrap());
+    assert_eq!((&part.points, &part.connectivity), (&whole.points, &whole.connectivity));
+    assert_eq!(part.cell_fields["strain"], whole.cell_fields["strain"]);
+    let velocity = &part.node_fields["velocity <\"&>"];
+    assert_eq!((velocity.components, velocity.data.len()), (3, 0));
+    assert!(part.node_fields.keys().eq(whole.node_fields.keys()));
 }
 
 #[test]
