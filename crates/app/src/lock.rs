@@ -39,8 +39,7 @@ impl Lock {
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(Failure::writing(&path)(error)),
         }
-        let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
-        let on_host = if host.trim().is_empty() { String::new() } else { format!(" on {}", host.trim()) };
+        let on_host = host().map_or(String::new(), |name| format!(" on {name}"));
         let mut write = || {
             file.set_len(0)?;
             file.rewind()?;
@@ -49,6 +48,40 @@ impl Lock {
         write().map_err(Failure::writing(&path))?;
         Ok(Self { _file: file })
     }
+}
+
+/// Whether the process lives that took a directory last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holder {
+    /// It lives.
+    Alive,
+    /// It has ended, one way or another.
+    Gone,
+    /// It ran on another machine, or the system does not tell, or nobody ever took the directory.
+    Unknown,
+}
+
+impl Holder {
+    /// That of a directory. The lock is not touched: whoever wants it gets it.
+    pub fn of(directory: &Path) -> Self {
+        let mut text = String::new();
+        let read = File::open(directory.join(LOCK_FILE)).and_then(|file| file.take(200).read_to_string(&mut text));
+        let owner = text.trim().strip_prefix("process ").and_then(|rest| rest.split_once(" on "));
+        match (read, owner, host()) {
+            (Ok(_), Some((process, on)), Some(here)) if on == here => match process.parse::<u32>() {
+                Ok(process) if Path::new(&format!("/proc/{process}")).exists() => Self::Alive,
+                Ok(_) => Self::Gone,
+                Err(_) => Self::Unknown,
+            },
+            _ => Self::Unknown,
+        }
+    }
+}
+
+/// The name of this machine, where the system tells it in a file.
+fn host() -> Option<String> {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").ok()?;
+    Some(name.trim().to_owned()).filter(|name| !name.is_empty())
 }
 
 #[cfg(test)]
@@ -63,5 +96,23 @@ mod tests {
         assert!(told.contains(&format!("process {}", std::process::id())), "{told}");
         drop(first);
         Lock::acquire(directory.path()).unwrap();
+    }
+
+    #[test]
+    fn a_process_that_took_a_directory_is_known_to_live_or_not() {
+        let directory = tempfile::tempdir().unwrap();
+        assert_eq!(Holder::of(directory.path()), Holder::Unknown);
+        let _lock = Lock::acquire(directory.path()).unwrap();
+        let Some(here) = host() else { return };
+        assert_eq!(Holder::of(directory.path()), Holder::Alive);
+        // numbers of processes do not go so far
+        for (owner, holder) in [
+            (format!("process 4294967295 on {here}"), Holder::Gone),
+            (format!("process 4294967295 on {here}-2"), Holder::Unknown),
+            ("process of another kind".to_owned(), Holder::Unknown),
+        ] {
+            std::fs::write(directory.path().join(LOCK_FILE), owner).unwrap();
+            assert_eq!(Holder::of(directory.path()), holder);
+        }
     }
 }

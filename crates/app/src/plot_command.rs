@@ -1,6 +1,7 @@
 //! `estar plot`: curves and pictures of a run, without a display.
 
 use crate::console::print;
+use crate::curves::{self, CurvePanel, plain};
 use crate::failure::Failure;
 use crate::fields;
 use crate::plot::drawing::{self, Ink, Raster};
@@ -8,9 +9,10 @@ use crate::plot::shaded::{self, Style, View, Window};
 use crate::plot::surface::{Part, Surface};
 use crate::plot::text::{self, Anchor, Placement};
 use crate::plot::{Axis, Curve, Drawing, Figure, Panel};
+use crate::series::Series;
 use crate::table::Table;
 use clap::Args;
-use estar_io::{FrameContent, read_frame, write_atomically};
+use estar_io::{FrameContent, write_atomically};
 use std::path::{Path, PathBuf};
 
 /// What the command line asks for.
@@ -103,7 +105,7 @@ fn size(text: &str) -> Result<Size, String> {
 /// There are no results, they cannot be read, or the plots cannot be written.
 pub fn plot(arguments: &PlotArguments) -> Result<(), Failure> {
     let runs: Vec<&PathBuf> = [Some(&arguments.directory), arguments.compare.as_ref()].into_iter().flatten().collect();
-    if let Some(stranger) = runs.iter().find(|run| !run.join("results.pvd").exists()) {
+    if let Some(stranger) = runs.iter().find(|run| !Series::file(run).exists()) {
         let message = format!("error: {} holds no results of a run", stranger.display());
         return Err(Failure::File(format!("{message}\nhelp: it is to be the directory that `estar run` wrote to")));
     }
@@ -144,46 +146,6 @@ fn too_large() -> Failure {
     Failure::Input("error: the plot is larger than a picture can be".to_owned())
 }
 
-/// The frames of a run.
-struct Series {
-    /// Times and files.
-    frames: Vec<(f64, PathBuf)>,
-}
-
-impl Series {
-    /// Those that `results.pvd` names.
-    fn of(directory: &Path) -> Result<Self, Failure> {
-        let path = directory.join("results.pvd");
-        let text = std::fs::read_to_string(&path).map_err(Failure::reading(&path))?;
-        let attribute = |tag: &str, name: &str| -> Option<String> {
-            let (_, after) = tag.split_once(&format!("{name}=\""))?;
-            after.split_once('"').map(|(value, _)| value.to_owned())
-        };
-        let frames: Vec<(f64, PathBuf)> = text
-            .split('<')
-            .filter(|tag| tag.starts_with("DataSet"))
-            .filter_map(|tag| {
-                Some((attribute(tag, "timestep")?.parse().ok()?, directory.join(attribute(tag, "file")?)))
-            })
-            .collect();
-        if frames.is_empty() {
-            return Err(Failure::File(format!("error: {}: it names no frame", path.display())));
-        }
-        Ok(Self { frames })
-    }
-
-    /// The frame at or before a time, or the last one.
-    fn at(&self, time: Option<f64>) -> Result<FrameContent, Failure> {
-        let is_due = |frame: &&(f64, PathBuf)| time.is_none_or(|time| frame.0 <= time * (1.0 + 1e-12));
-        let (_, path) = self.frames.iter().rev().find(is_due).unwrap_or(&self.frames[0]);
-        read(path)
-    }
-}
-
-fn read(path: &Path) -> Result<FrameContent, Failure> {
-    read_frame(path).map_err(|error| Failure::File(format!("error: {error}")))
-}
-
 /// The surface with the field that is asked for.
 fn surface(arguments: &PlotArguments, frame: &FrameContent) -> Result<Surface, Failure> {
     let part = part(arguments, frame)?;
@@ -206,11 +168,7 @@ fn part(arguments: &PlotArguments, frame: &FrameContent) -> Result<Part, Failure
     let Some(name) = &arguments.component else { return Ok(Part::Magnitude) };
     let field = frame.node_fields.get(&arguments.field).or_else(|| frame.cell_fields.get(&arguments.field));
     let field = field.ok_or_else(|| no_field(arguments, frame))?;
-    let names: &[&str] = match field.components {
-        3 => &["x", "y", "z"],
-        6 => &["xx", "yy", "zz", "xy", "yz", "xz"],
-        _ => &[],
-    };
+    let names = Part::names(field.components);
     let place = names.iter().position(|known| known == name);
     place.map(Part::Component).ok_or_else(|| {
         let help = match names {
@@ -296,7 +254,7 @@ fn colour_bar(
 
 /// A picture of each frame, all with the same window and range.
 fn animation(arguments: &PlotArguments, series: &Series) -> Result<Vec<Raster>, Failure> {
-    let frames = series.frames.iter().map(|(_, path)| read(path)).collect::<Result<Vec<_>, _>>()?;
+    let frames = series.all()?;
     let surfaces = frames.iter().map(|frame| surface(arguments, frame)).collect::<Result<Vec<_>, _>>()?;
     let window = Window::around(surfaces.iter(), arguments.view);
     let ranges = || surfaces.iter().filter_map(Surface::range);
@@ -307,40 +265,10 @@ fn animation(arguments: &PlotArguments, series: &Series) -> Result<Vec<Raster>, 
     frames.iter().zip(&surfaces).map(draw).collect()
 }
 
-/// An energy that is never more than this share of the largest is not shown.
-const SEEN: f64 = 1e-3;
-
-/// Energies that share a panel.
-const ENERGIES: [&str; 11] = [
-    "kinetic_energy",
-    "internal_energy",
-    "plastic_dissipation",
-    "external_work",
-    "contact_energy",
-    "friction_energy",
-    "viscous_energy",
-    "hourglass_energy",
-    "damping_energy",
-    "deleted_energy",
-    "mass_scaling_energy",
-];
-
-/// Columns with a panel of their own, with their units.
-const OTHERS: [(&str, &str); 5] = [
-    ("energy_error", ""),
-    ("time_step", "s"),
-    ("max_equivalent_plastic_strain", ""),
-    ("min_jacobian", ""),
-    ("kinetic_over_internal", ""),
-];
-
-/// Columns that are no curve over time.
-const SKIPPED: [&str; 6] = ["time", "step", "controlling_element", "momentum_x", "momentum_y", "momentum_z"];
-
 /// The curves of one run, or of two laid over each other: the first solid, the second dashed.
 fn history_figure(histories: &[Table], runs: &[&PathBuf]) -> Figure {
     let first = &histories[0];
-    let panel = |columns: &[&str], label: &str, unit: &str| {
+    let panel = |CurvePanel { label, unit, is_logarithmic, columns, .. }: CurvePanel| {
         let of_run = |(run, history): (usize, &Table)| -> Vec<Curve> {
             let curve = |(colour, column): (usize, &&str)| {
                 // one quantity has its name on the axis, and the second run has the colours of the first
@@ -351,26 +279,14 @@ fn history_figure(histories: &[Table], runs: &[&PathBuf]) -> Figure {
         };
         let axis = |label: &str, unit: &str| Axis { label: label.to_owned(), unit: unit.to_owned(), ..Axis::default() };
         let curves = histories.iter().enumerate().flat_map(of_run).collect();
-        Panel { x: axis("time", "s"), y: axis(label, unit), curves, ..Panel::default() }
+        let y = Axis { is_logarithmic, ..axis(&label, unit) };
+        Panel { x: axis("time", "s"), y, curves, ..Panel::default() }
     };
     let largest = |column: &str| {
         first.column(column).map_or(0.0, |values| values.iter().map(|value| value.abs()).fold(0.0, f64::max))
     };
-    let most = ENERGIES.iter().map(|column| largest(column)).fold(0.0, f64::max);
-    let energies: Vec<&str> = ENERGIES.into_iter().filter(|column| largest(column) > SEEN * most).collect();
-    let mut panels = vec![panel(&energies, "energy", "J")];
-    for (column, unit) in OTHERS.into_iter().filter(|(column, _)| largest(column) > 0.0) {
-        let mut panel = panel(&[column], &plain(column), unit);
-        // it begins at infinity, and what counts is how small it becomes
-        panel.y.is_logarithmic = column == "kinetic_over_internal";
-        panels.push(panel);
-    }
-    let is_known = |column: &str| {
-        SKIPPED.contains(&column) || ENERGIES.contains(&column) || OTHERS.iter().any(|(other, _)| *other == column)
-    };
-    for probe in first.names().filter(|column| !is_known(column)) {
-        panels.push(panel(&[probe], &plain(probe), ""));
-    }
+    let names: Vec<&str> = first.names().collect();
+    let panels = curves::panels(&names, largest).into_iter().map(panel).collect();
     let name = |run: &Path| match run.file_name() {
         Some(name) => name.to_string_lossy().into_owned(),
         None => run.display().to_string(),
@@ -380,9 +296,4 @@ fn history_figure(histories: &[Table], runs: &[&PathBuf]) -> Figure {
         runs => runs.iter().map(|run| name(run)).collect(),
     };
     Figure { title, panels }
-}
-
-/// The name of a column in words.
-fn plain(column: &str) -> String {
-    column.replace('_', " ")
 }

@@ -54,6 +54,7 @@ struct Mark {
 #[derive(Debug, Serialize)]
 struct Record {
     time: f64,
+    end_time: f64,
     step: u64,
     time_step: f64,
     kinetic_energy: f64,
@@ -191,6 +192,7 @@ impl Progress {
         let energies = simulation.energies();
         Record {
             time,
+            end_time: simulation.end_time(),
             step,
             time_step: simulation.time_step(),
             kinetic_energy: energies.kinetic,

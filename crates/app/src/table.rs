@@ -27,13 +27,8 @@ impl Table {
         let names: Vec<String> = lines.next().unwrap_or("").split(',').map(str::to_owned).collect();
         let mut columns = vec![Vec::new(); names.len()];
         for (index, line) in lines.enumerate() {
-            let cells: Vec<&str> = line.split(',').collect();
-            if cells.len() != names.len() {
-                return Err(format!("line {} has {} cells, not {}", index + 2, cells.len(), names.len()));
-            }
-            for (column, cell) in columns.iter_mut().zip(cells) {
-                let number = if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() };
-                column.push(number.map_err(|_| format!("line {}: \"{cell}\" is no number", index + 2))?);
+            for (column, number) in columns.iter_mut().zip(row(line, names.len(), index + 2)?) {
+                column.push(number);
             }
         }
         if columns.iter().any(Vec::is_empty) {
@@ -58,6 +53,19 @@ impl Table {
         let (x, y) = (self.column(over)?, self.column(name)?);
         Some(x.iter().zip(y).map(|(x, y)| [*x, *y]).collect())
     }
+}
+
+/// The numbers of a line of a table with so many columns. Empty cells are not a number.
+///
+/// # Errors
+/// What is wrong with the line, by its number in the file.
+pub fn row(line: &str, columns: usize, number: usize) -> Result<Vec<f64>, String> {
+    let cells: Vec<&str> = line.split(',').collect();
+    if cells.len() != columns {
+        return Err(format!("line {number} has {} cells, not {columns}", cells.len()));
+    }
+    let value = |cell: &str| if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() };
+    cells.into_iter().map(|cell| value(cell).map_err(|_| format!("line {number}: \"{cell}\" is no number"))).collect()
 }
 
 #[cfg(test)]

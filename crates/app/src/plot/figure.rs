@@ -76,7 +76,7 @@ const INK: Colour = [32, 32, 32];
 const GRID: Colour = [226, 226, 226];
 const ZERO: Colour = [160, 160, 160];
 /// Colours that people with any colour vision tell apart, also in print (Okabe & Ito 2008).
-const COLOURS: [Colour; 7] =
+pub const COLOURS: [Colour; 7] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233], [0, 0, 0]];
 /// The first is the widest, so that a dashed curve over it does not hide it.
 const PENS: [(f64, &[f64]); 4] = [(2.4, &[]), (1.8, &[7.0, 3.0]), (1.8, &[2.0, 2.2]), (1.8, &[8.0, 2.5, 2.0, 2.5])];

@@ -229,10 +229,10 @@ impl Canvas {
 
 /// Colours from small to large values: light blue over sand and red to plum, each darker than the one before, so that the order
 /// is seen without colour, too.
-const COLOURS: [Colour; 6] =
+pub const COLOURS: [Colour; 6] =
     [[221, 230, 238], [246, 217, 166], [240, 163, 85], [221, 95, 50], [168, 32, 47], [90, 15, 60]];
 /// Of what is no number.
-const NO_VALUE: Colour = [170, 170, 170];
+pub const NO_VALUE: Colour = [170, 170, 170];
 
 /// The colour of a value.
 pub fn colour(value: f64, [low, high]: [f64; 2]) -> Colour {

@@ -3,6 +3,12 @@
 use estar_io::FrameContent;
 use std::collections::HashMap;
 
+/// The outer faces of a body over the nodes of its frames: the same in all of them until cells are deleted.
+#[derive(Clone, Debug, Default)]
+pub struct Skin {
+    faces: Vec<Vec<u32>>,
+}
+
 /// The surface of a body: polygons over vertices with a position and a value.
 #[derive(Clone, Debug, Default)]
 pub struct Surface {
@@ -32,6 +38,53 @@ fn faces_of(shape: u8) -> &'static [&'static [usize]] {
     }
 }
 
+/// Most nodes of a face.
+const MOST_NODES: usize = 6;
+
+/// What says of cells that they are not to be seen.
+pub const GHOSTS: &str = "vtkGhostType";
+
+/// Whether a cell is there, or else was deleted.
+fn is_seen(frame: &FrameContent, cell: usize) -> bool {
+    const HIDDEN: u8 = 32;
+    frame.cell_fields.get(GHOSTS).is_none_or(|ghosts| (ghosts.data[cell] as u8) & HIDDEN == 0)
+}
+
+/// The nodes of a face of a cell; none where it has shrunk to a line.
+fn face(frame: &FrameContent, cell: usize, corners: &[usize]) -> Option<Vec<u32>> {
+    let nodes = frame.cell(cell);
+    let mut face = corners.iter().map(|&corner| nodes.get(corner).copied()).collect::<Option<Vec<u32>>>()?;
+    face.dedup();
+    if face.first() == face.last() {
+        face.pop();
+    }
+    (face.len() >= 3).then_some(face)
+}
+
+impl Skin {
+    /// The outer faces of a frame. Deleted cells are left out.
+    pub fn of(frame: &FrameContent) -> Self {
+        // faces that one cell has so far: the second takes them out again, because a face of two is inside
+        let mut open: HashMap<[u32; MOST_NODES], (usize, usize)> = HashMap::new();
+        for cell in (0..frame.types.len()).filter(|&cell| is_seen(frame, cell)) {
+            for (order, corners) in faces_of(frame.types[cell]).iter().enumerate() {
+                let Some(face) = face(frame, cell, corners) else { continue };
+                let mut key = [u32::MAX; MOST_NODES];
+                key[..face.len()].copy_from_slice(&face);
+                key.sort_unstable();
+                if open.remove(&key).is_none() {
+                    open.insert(key, (cell, order));
+                }
+            }
+        }
+        let mut outer: Vec<(usize, usize)> = open.into_values().collect();
+        // the order of a hash map is nobody's
+        outer.sort_unstable();
+        let of_cell = |(cell, order): (usize, usize)| face(frame, cell, faces_of(frame.types[cell])[order]);
+        Self { faces: outer.into_iter().filter_map(of_cell).collect() }
+    }
+}
+
 /// How a field becomes one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
@@ -42,6 +95,15 @@ pub enum Part {
 }
 
 impl Part {
+    /// The names of the components of a field that has so many.
+    pub fn names(components: usize) -> &'static [&'static str] {
+        match components {
+            3 => &["x", "y", "z"],
+            6 => &["xx", "yy", "zz", "xy", "yz", "xz"],
+            _ => &[],
+        }
+    }
+
     fn of(self, components: &[f64]) -> f64 {
         match (self, components) {
             (Self::Component(index), _) => components.get(index).copied().unwrap_or(f64::NAN),
@@ -54,11 +116,11 @@ impl Part {
 impl Surface {
     /// The surface of a frame, with a field of it; none if the frame has no such field. Deleted cells are left out.
     pub fn of(frame: &FrameContent, field: &str, part: Part) -> Option<Self> {
-        const HIDDEN: u8 = 32;
-        let ghosts = frame.cell_fields.get("vtkGhostType");
-        let is_seen = |cell: &usize| ghosts.is_none_or(|ghosts| (ghosts.data[*cell] as u8) & HIDDEN == 0);
-        let seen: Vec<usize> = (0..frame.types.len()).filter(is_seen).collect();
+        Self::on(&Skin::of(frame), frame, field, part)
+    }
 
+    /// The same where the outer faces are known already.
+    pub fn on(skin: &Skin, frame: &FrameContent, field: &str, part: Part) -> Option<Self> {
         let mut values = vec![f64::NAN; frame.points.len()];
         if let Some(field) = frame.node_fields.get(field) {
             for (value, components) in values.iter_mut().zip(field.data.chunks_exact(field.components)) {
@@ -67,7 +129,7 @@ impl Surface {
         } else {
             let field = frame.cell_fields.get(field)?;
             let mut sums = vec![(0.0, 0.0); frame.points.len()];
-            for &cell in &seen {
+            for cell in (0..frame.types.len()).filter(|&cell| is_seen(frame, cell)) {
                 let value = part.of(&field.data[cell * field.components..(cell + 1) * field.components]);
                 for &node in frame.cell(cell) {
                     let (sum, count) = &mut sums[node as usize];
@@ -80,41 +142,10 @@ impl Surface {
             }
         }
 
-        // a face that two cells have is inside
-        let mut faces: HashMap<Vec<u32>, (usize, Vec<u32>, bool)> = HashMap::new();
-        for &cell in &seen {
-            let nodes = frame.cell(cell);
-            for (order, corners) in faces_of(frame.types[cell]).iter().enumerate() {
-                let Some(mut face) =
-                    corners.iter().map(|&corner| nodes.get(corner).copied()).collect::<Option<Vec<u32>>>()
-                else {
-                    continue;
-                };
-                face.dedup();
-                if face.first() == face.last() {
-                    face.pop();
-                }
-                if face.len() < 3 {
-                    continue;
-                }
-                let mut key = face.clone();
-                key.sort_unstable();
-                faces.entry(key).and_modify(|(_, _, is_inside)| *is_inside = true).or_insert((
-                    8 * cell + order,
-                    face,
-                    false,
-                ));
-            }
-        }
-        let mut outer: Vec<(usize, Vec<u32>)> =
-            faces.into_values().filter(|(_, _, is_inside)| !is_inside).map(|(order, face, _)| (order, face)).collect();
-        // the order of a hash map is nobody's
-        outer.sort_unstable();
-
         let mut places = vec![u32::MAX; frame.points.len()];
         let mut surface = Self::default();
-        for (_, face) in outer {
-            let mut vertex = |node: u32| {
+        for face in &skin.faces {
+            let mut vertex = |&node: &u32| {
                 let place = &mut places[node as usize];
                 if *place == u32::MAX {
                     *place = surface.vertices.len() as u32;
@@ -123,7 +154,7 @@ impl Surface {
                 }
                 *place
             };
-            let face = face.into_iter().map(&mut vertex).collect();
+            let face = face.iter().map(&mut vertex).collect();
             surface.faces.push(face);
         }
         Some(surface)
@@ -213,7 +244,7 @@ mod tests {
     #[test]
     fn deleted_cells_are_left_out_and_fields_have_parts() {
         let mut frame = two_cubes();
-        frame.cell_fields.insert("vtkGhostType".to_owned(), FieldContent { components: 1, data: vec![0.0, 32.0] });
+        frame.cell_fields.insert(GHOSTS.to_owned(), FieldContent { components: 1, data: vec![0.0, 32.0] });
         let surface = Surface::of(&frame, "velocity", Part::Magnitude).unwrap();
         assert_eq!(surface.faces.len(), 6);
         assert_eq!(surface.range(), Some([5.0, 5.0]));

@@ -1,0 +1,93 @@
+//! Which columns of a history are drawn, and which of them together.
+
+use crate::history;
+
+/// An energy that is never more than this share of the largest is not shown.
+const SEEN: f64 = 1e-3;
+
+/// Energies that share a panel.
+const ENERGIES: [&str; 11] = [
+    "kinetic_energy",
+    "internal_energy",
+    "plastic_dissipation",
+    "external_work",
+    "contact_energy",
+    "friction_energy",
+    "viscous_energy",
+    "hourglass_energy",
+    "damping_energy",
+    "deleted_energy",
+    "mass_scaling_energy",
+];
+
+/// Columns with a panel of their own, with their units.
+const OTHERS: [(&str, &str); 5] = [
+    ("energy_error", ""),
+    ("time_step", "s"),
+    ("max_equivalent_plastic_strain", ""),
+    ("min_jacobian", ""),
+    ("kinetic_over_internal", ""),
+];
+
+/// Columns that are no curve over time.
+const SKIPPED: [&str; 6] = ["time", "step", "controlling_element", "momentum_x", "momentum_y", "momentum_z"];
+
+/// Curves over time that share a panel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurvePanel<'a> {
+    /// What the axis says.
+    pub label: String,
+    /// SI unit; empty where there is none, or where the history does not tell it.
+    pub unit: &'static str,
+    /// Whether the axis is logarithmic.
+    pub is_logarithmic: bool,
+    /// Whether it is a probe of the deck.
+    pub is_probe: bool,
+    /// The columns.
+    pub columns: Vec<&'a str>,
+}
+
+/// The panels of a history with these columns, of each of which the largest absolute value is known: the energies that count,
+/// then what has a panel of its own, then the probes.
+pub fn panels<'a>(names: &[&'a str], largest: impl Fn(&str) -> f64) -> Vec<CurvePanel<'a>> {
+    let has = |column: &str| names.iter().copied().find(|name| *name == column);
+    let energies = || ENERGIES.iter().filter_map(|column| has(column));
+    let most = energies().map(&largest).fold(0.0, f64::max);
+    let seen = energies().filter(|column| largest(column) > SEEN * most).collect();
+    let (label, unit) = ("energy".to_owned(), "J");
+    let mut panels = vec![CurvePanel { label, unit, is_logarithmic: false, is_probe: false, columns: seen }];
+    for (column, unit) in OTHERS {
+        let Some(column) = has(column).filter(|column| largest(column) > 0.0) else { continue };
+        // it begins at infinity, and what counts is how small it becomes
+        let is_logarithmic = column == "kinetic_over_internal";
+        panels.push(CurvePanel { label: plain(column), unit, is_logarithmic, is_probe: false, columns: vec![column] });
+    }
+    let is_known = |column: &str| {
+        SKIPPED.contains(&column) || ENERGIES.contains(&column) || OTHERS.iter().any(|(other, _)| *other == column)
+    };
+    for column in names.iter().copied().filter(|column| !is_known(column)) {
+        let (unit, is_probe) = ("", !history::is_column(column));
+        panels.push(CurvePanel { label: plain(column), unit, is_logarithmic: false, is_probe, columns: vec![column] });
+    }
+    panels
+}
+
+/// The name of a column in words.
+pub fn plain(column: &str) -> String {
+    column.replace('_', " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn energies_that_count_share_a_panel_and_probes_have_their_own() {
+        let names = ["time", "step", "time_step", "kinetic_energy", "viscous_energy", "momentum_x", "heat", "length"];
+        let largest = |name: &str| if name == "viscous_energy" { 1e-9 } else { 1.0 };
+        let panels = panels(&names, largest);
+        let columns: Vec<&[&str]> = panels.iter().map(|panel| panel.columns.as_slice()).collect();
+        assert_eq!(columns, [&["kinetic_energy"], &["time_step"], &["heat"], &["length"]].map(|c: &[&str; 1]| &c[..]));
+        assert_eq!(panels.iter().map(|panel| panel.is_probe).collect::<Vec<_>>(), [false, false, false, true]);
+    }
+}
