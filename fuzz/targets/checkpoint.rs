@@ -101,6 +101,7 @@ fn options(workshop: &Path, resume: bool, stop: u64) -> RunOptions {
         force: false,
         resume,
         stop_at_step: Some(stop),
+        watch: false,
     }
 }
 

@@ -12,6 +12,7 @@ use crate::point::{PointOptions, point};
 use crate::run::{RunOptions, run};
 use crate::signals::survive_file_size_limit;
 use crate::verify::{self, VerifyArguments};
+use crate::view::{self, ViewArguments};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use estar_solver::LaneLevel;
@@ -43,6 +44,8 @@ enum Command {
     Verify(VerifyArguments),
     /// Curves of a run and a shaded picture of its body, without a display
     Plot(PlotArguments),
+    /// A page on this machine that shows a run while it runs, and afterwards
+    View(ViewArguments),
     /// Write a ready deck and its mesh
     Example(ExampleArguments),
     /// Make structured meshes, or look into a mesh file
@@ -97,6 +100,9 @@ struct RunArguments {
     /// Write a checkpoint at this step and stop there
     #[arg(long, value_name = "N")]
     stop_at_step: Option<u64>,
+    /// Serve a page on this machine that shows the run while it runs
+    #[arg(long)]
+    watch: bool,
 }
 
 #[derive(Debug, Args)]
@@ -214,6 +220,7 @@ fn execute(command: Command) -> Result<(), Failure> {
             force: arguments.force,
             resume: arguments.resume,
             stop_at_step: arguments.stop_at_step,
+            watch: arguments.watch,
         }),
         Command::Check(CheckArguments { deck: Some(deck), running, json, .. }) => check(&CheckOptions {
             deck,
@@ -229,6 +236,7 @@ fn execute(command: Command) -> Result<(), Failure> {
         Command::Point(PointArguments { deck: None, .. }) => print_schema(&json_schema::of_point_deck()),
         Command::Verify(arguments) => verify::verify(&arguments),
         Command::Plot(arguments) => plot_command::plot(&arguments),
+        Command::View(arguments) => view::view(&arguments),
         Command::Example(arguments) => example::example(&arguments),
         Command::Mesh(command) => mesh(&command),
         Command::Convert(arguments) => convert(&arguments),

@@ -39,3 +39,4 @@ pub mod summary;
 pub mod table;
 pub mod trouble;
 pub mod verify;
+pub mod view;

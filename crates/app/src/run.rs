@@ -20,6 +20,7 @@ use crate::summary::{
     EnergySummary, ExtremeSummary, MeshSummary, PartSummary, QuasiStaticSummary, Summary, state_hash,
 };
 use crate::trouble;
+use crate::view::Watch;
 use estar_solver::model::TimeStep;
 use estar_solver::{LaneLevel, Simulation, SimulationError};
 use std::fmt::Write;
@@ -48,6 +49,8 @@ pub struct RunOptions {
     pub resume: bool,
     /// Stop at this step.
     pub stop_at_step: Option<u64>,
+    /// Serve a page that shows the run.
+    pub watch: bool,
 }
 
 /// How the loop ended.
@@ -120,12 +123,16 @@ fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Resu
         console.say(&format!("  resumes    from {}, step {}", found.name, count(found.step as f64)));
     }
 
+    let watch = options.watch.then(|| Watch::start(&directory));
     let is_interrupted = signals::interruption();
     let bookmark = found.map(|found| found.bookmark);
     let mut run = Run::start(problem, simulation, bookmark, &directory, identity, console)?;
     let ending = run.advance_to_end(&is_interrupted, options.stop_at_step);
     let outcome = run.conclude(ending, &is_interrupted, threads, lanes);
     drop(lock);
+    if let Some(watch) = watch {
+        watch.end();
+    }
     outcome
 }
 

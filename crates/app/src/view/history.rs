@@ -1,0 +1,224 @@
+//! A history that grows: only what is new is read, and what is kept does not grow with it.
+
+use crate::curves::panels;
+use crate::table;
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// When so many rows are kept, every other one is left out from then on.
+const MOST_KEPT: usize = 2400;
+/// Bytes of a line, and columns of a table, that a run writes at most.
+const LONGEST_LINE: u64 = 1 << 20;
+const MOST_COLUMNS: usize = 2000;
+
+/// What has been read of `history.csv`.
+#[derive(Debug, Default)]
+pub struct HistoryTail {
+    /// Where the next line begins.
+    offset: u64,
+    /// Where the last line begins, and what it says: another run in its place says something else there.
+    last_line: (u64, Vec<u8>),
+    names: Vec<String>,
+    rows: usize,
+    /// Every so many rows are kept.
+    stride: usize,
+    /// Kept rows, each a column.
+    kept: Vec<Vec<f64>>,
+    last: Vec<f64>,
+    /// Largest absolute value of each column.
+    largest: Vec<f64>,
+    error: Option<String>,
+}
+
+impl HistoryTail {
+    /// Reads what is new.
+    pub fn update(&mut self, path: &Path) {
+        if let Err(error) = self.read(path) {
+            self.error = Some(error);
+        }
+    }
+
+    /// Why it could not be read to its end.
+    pub fn error(&self) -> Option<&str> {
+        self.error.as_deref()
+    }
+
+    fn read(&mut self, path: &Path) -> Result<(), String> {
+        let unreadable = |error: io::Error| error.to_string();
+        let mut file = File::open(path).map_err(|error| {
+            *self = Self::default();
+            unreadable(error)
+        })?;
+        if !self.goes_on_in(&mut file).map_err(unreadable)? {
+            *self = Self::default();
+        }
+        self.error = None;
+        file.seek(SeekFrom::Start(self.offset)).map_err(unreadable)?;
+        let mut reader = BufReader::with_capacity(1 << 16, file);
+        let mut line = Vec::new();
+        loop {
+            line.clear();
+            let count = reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(unreadable)?;
+            if count as u64 == LONGEST_LINE {
+                return Err("a line of it is too long".to_owned());
+            }
+            // a row without its end is still being written
+            if line.last() != Some(&b'\n') {
+                return Ok(());
+            }
+            self.take(&line[..count - 1])?;
+            self.last_line = (self.offset, line.clone());
+            self.offset += count as u64;
+        }
+    }
+
+    /// Whether what was read is still there.
+    fn goes_on_in(&self, file: &mut File) -> io::Result<bool> {
+        let (start, line) = &self.last_line;
+        file.seek(SeekFrom::Start(*start))?;
+        let mut found = Vec::new();
+        file.take(line.len() as u64).read_to_end(&mut found)?;
+        Ok(found == *line)
+    }
+
+    fn take(&mut self, line: &[u8]) -> Result<(), String> {
+        let line = std::str::from_utf8(line).map_err(|_| "it is not text".to_owned())?.trim_end_matches('\r');
+        if self.names.is_empty() {
+            let names: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if names.len() > MOST_COLUMNS || names[0] != "time" {
+                return Err("it is no history of a run".to_owned());
+            }
+            (self.kept, self.largest) = (vec![Vec::new(); names.len()], vec![0.0; names.len()]);
+            (self.names, self.stride) = (names, 1);
+            return Ok(());
+        }
+        let row = table::row(line, self.names.len(), self.rows + 2)?;
+        for (largest, value) in self.largest.iter_mut().zip(&row) {
+            *largest = largest.max(value.abs());
+        }
+        if self.rows.is_multiple_of(self.stride) {
+            for (column, value) in self.kept.iter_mut().zip(&row) {
+                column.push(*value);
+            }
+        }
+        self.rows += 1;
+        self.last = row;
+        if self.kept[0].len() >= MOST_KEPT {
+            self.stride *= 2;
+            for column in &mut self.kept {
+                *column = column.iter().copied().step_by(2).collect();
+            }
+        }
+        Ok(())
+    }
+
+    /// The curves and the panels that they belong to.
+    pub fn json(&self) -> Vec<u8> {
+        let place = |name: &str| self.names.iter().position(|known| known == name);
+        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        let panels = if self.rows == 0 {
+            Vec::new()
+        } else {
+            panels(&names, |name| place(name).map_or(0.0, |column| self.largest[column]))
+        };
+        let is_last_kept = self.rows > 0 && (self.rows - 1).is_multiple_of(self.stride);
+        let values = |name: &str| -> Vec<Value> {
+            let Some(column) = place(name) else { return Vec::new() };
+            let last = self.last.get(column).filter(|_| !is_last_kept);
+            // what no number of JSON is becomes null
+            self.kept[column].iter().chain(last).map(|value| json!(*value as f32)).collect()
+        };
+        let curve = |column: &&str| json!({ "name": crate::curves::plain(column), "values": values(column) });
+        let panel = |panel: &crate::curves::CurvePanel| {
+            json!({
+                "label": panel.label,
+                "unit": panel.unit,
+                "is_logarithmic": panel.is_logarithmic,
+                "is_probe": panel.is_probe,
+                "curves": panel.columns.iter().map(curve).collect::<Vec<_>>(),
+            })
+        };
+        let content = json!({
+            "rows": self.rows,
+            "time": values("time"),
+            "panels": panels.iter().map(panel).collect::<Vec<_>>(),
+        });
+        content.to_string().into_bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::{self, OpenOptions};
+    use std::io::Write;
+
+    const HEAD: &str = "time,kinetic_energy,length\n";
+
+    fn shown(tail: &HistoryTail) -> Value {
+        serde_json::from_slice(&tail.json()).unwrap()
+    }
+
+    #[test]
+    fn rows_are_read_as_they_come_and_a_row_without_its_end_is_waited_for() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("history.csv");
+        let mut tail = HistoryTail::default();
+        tail.update(&path);
+        assert!(tail.error().is_some() && shown(&tail)["rows"] == 0);
+        fs::write(&path, format!("{HEAD}0,1,5\n1,2")).unwrap();
+        tail.update(&path);
+        assert_eq!((tail.error(), &shown(&tail)["time"]), (None, &json!([0.0])));
+        let mut file = OpenOptions::new().append(true).open(&path).unwrap();
+        file.write_all(b",\n2,4,7\n").unwrap();
+        tail.update(&path);
+        let content = shown(&tail);
+        assert_eq!(content["time"], json!([0.0, 1.0, 2.0]));
+        assert_eq!(content["panels"][1]["curves"][0]["values"], json!([5.0, null, 7.0]));
+        assert_eq!(
+            (&content["panels"][1]["label"], &content["panels"][1]["is_probe"]),
+            (&json!("length"), &json!(true))
+        );
+        // another run in its place
+        fs::write(&path, format!("{HEAD}0,1,6\n1,2,6\n2,4,6\n3,4,6\n")).unwrap();
+        tail.update(&path);
+        assert_eq!(shown(&tail)["panels"][1]["curves"][0]["values"], json!([6.0, 6.0, 6.0, 6.0]));
+    }
+
+    #[test]
+    fn what_is_kept_of_a_long_history_is_bounded_and_has_its_end() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("history.csv");
+        let rows: String = (0..50_000).map(|row| format!("{row},1,5\n")).collect();
+        fs::write(&path, format!("{HEAD}{rows}")).unwrap();
+        let mut tail = HistoryTail::default();
+        tail.update(&path);
+        let content = shown(&tail);
+        let times = content["time"].as_array().unwrap();
+        assert_eq!(content["rows"], 50_000);
+        assert!((MOST_KEPT / 2..=MOST_KEPT).contains(&times.len()), "{}", times.len());
+        assert_eq!((&times[0], times.last().unwrap()), (&json!(0.0), &json!(49_999.0)));
+    }
+
+    #[test]
+    fn what_is_no_history_is_told_and_read_again_when_it_is_one() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("history.csv");
+        let mut tail = HistoryTail::default();
+        for (content, part) in [
+            (format!("{HEAD}0,1\n"), "line 2 has 2 cells"),
+            (format!("{HEAD}0,1,x\n"), "line 2: \"x\""),
+            ("rubbish\n".to_owned(), "no history"),
+            ("x".repeat(2 << 20), "too long"),
+        ] {
+            fs::write(&path, content).unwrap();
+            tail.update(&path);
+            assert!(tail.error().is_some_and(|error| error.contains(part)), "{:?}", tail.error());
+        }
+        fs::write(&path, format!("{HEAD}0,1,5\n")).unwrap();
+        tail.update(&path);
+        assert_eq!((tail.error(), &shown(&tail)["rows"]), (None, &json!(1)));
+    }
+}
