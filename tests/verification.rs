@@ -47,6 +47,19 @@ macro_rules! verification {
 }
 
 verification! {
+    patch
+    patch_b_bar
+    patch_one_point
+    free_fall
+    spin
+    wave
+    plastic_wave
+    cantilever
+    tube
+    uniaxial_tension
+    uniaxial_compression
+    rates_that_turn
+    rates_that_stretch
     taylor
     taylor_quarter
     taylor_whole
@@ -155,6 +168,119 @@ fn tables_that_cannot_be_are_refused() {
     assert!(code == 2 && said.contains("two cases are named"), "{said}");
     let (code, said) = verify(&["--list"]);
     assert!(code == 0 && said.contains("taylor") && said.contains("with --full"), "{said}");
+}
+
+/// A table with a run of Cook's membrane and one with a material point; `change` makes another of it. What comes of it.
+fn told(change: &dyn Fn(&str) -> String) -> (i32, String, PathBuf, tempfile::TempDir) {
+    const TABLE: &str = r#"
+[[case]]
+name = "membrane"
+about = "two by two"
+deck = "cook.toml"
+mesh = "cook_2.msh"
+cost = 0.1
+check = [
+    { quantity = "tip_displacement", at = { time = "5 ms" }, value = "2.18 mm", tolerance = "2 %", source = "this program" },
+    { quantity = "time", at = { tip_displacement = "1 mm" }, value = "4 ms", tolerance = "0.5 ms", source = "this program" },
+    { quantity = "kinetic_energy", at = "end", value = 0, tolerance = "1 J", source = "slow" },
+]
+curve = [
+    { quantity = "tip_displacement", points = [[0, 0], ["5 ms", "2.18 mm"]], source = "a <curve>" },
+    { quantity = "tip_displacement", file = "curve.csv", straight = true, source = "a file" },
+]
+
+[[case]]
+name = "shear"
+about = "sine"
+command = "point"
+deck = "corotational.toml"
+set = ["path.steps=1000"]
+cost = 0
+check = [{ quantity = "jaumann.T12", at = { driven = 2 }, value = "0.909297 Pa", tolerance = "1e-4 Pa", source = "sin 2" }]
+"#;
+    let directory = tempfile::tempdir().unwrap();
+    for name in ["cook/cook.toml", "cook/cook_2.msh", "point/corotational.toml"] {
+        let path = in_repository(&format!("meshes/{name}"));
+        fs::copy(&path, directory.path().join(path.file_name().unwrap())).unwrap();
+    }
+    fs::write(directory.path().join("curve.csv"), "time,tip_displacement\n0,0\n5e-3,2.2e-3\n").unwrap();
+    fs::write(directory.path().join("mine.toml"), change(TABLE)).unwrap();
+    let output = directory.path().join("out");
+    let arguments = ["verify", "--cases", "mine.toml", "--output", "out"];
+    let said = Command::new(program()).args(arguments).current_dir(directory.path()).output().unwrap();
+    let text = String::from_utf8_lossy(&[said.stdout, said.stderr].concat()).into_owned();
+    (said.status.code().unwrap_or(-1), text, output, directory)
+}
+
+#[test]
+fn a_material_point_is_a_case_and_reference_curves_stand_in_the_report() {
+    let (code, said, output, _directory) = told(&str::to_owned);
+    assert_eq!(code, 0, "{said}");
+    let page = fs::read_to_string(output.join("report.html")).unwrap();
+    for part in ["a &lt;curve&gt;", "a file", ">reference<", ">expected<", "jaumann.T12", "<code>estar point</code>"] {
+        assert!(page.contains(part), "{part}");
+    }
+    let json: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(output.join("verification.json")).unwrap()).unwrap();
+    let units = |case: usize| {
+        let findings = json["cases"][case]["findings"].as_array().unwrap();
+        findings.iter().map(|finding| finding["unit"].as_str().unwrap()).collect::<Vec<_>>()
+    };
+    assert_eq!((units(0), units(1)), (vec!["m", "s", "J"], vec!["Pa"]));
+}
+
+#[test]
+fn what_is_in_a_unit_of_something_else_is_refused_before_anything_runs() {
+    for (from, to, parts) in [
+        ("\"2.18 mm\", tol", "\"2.18 MPa\", tol", ["`value` is a stress, 2.18 MPa", "`tip_displacement` is a length"]),
+        ("\"0.5 ms\"", "\"0.5 mm\"", ["`tolerance` is a length, 0.5 mm", "`time` is a time"]),
+        ("at = { time = \"5 ms\" }", "at = { time = \"5 mm\" }", ["`at` is a length, 5 mm", "`time` is a time"]),
+        (
+            "at = { tip_displacement = \"1 mm\" }",
+            "at = { tip_displacement = \"1 N\" }",
+            ["`at` is a force", "a length"],
+        ),
+        ("value = 0, tolerance = \"1 J\"", "value = 0, tolerance = \"1 %\"", ["is a pure number, 1 %", "is an energy"]),
+        ("[\"5 ms\", \"2.18 mm\"]]", "[\"5 ms\", \"2.18 s\"]]", ["`points` is a time, 2.18 s", "is a length"]),
+        ("[\"5 ms\", \"2.18 mm\"]]", "[\"5 K\", \"2.18 mm\"]]", ["`points` is a temperature, 5 K", "is a time"]),
+        ("\"0.909297 Pa\"", "\"0.909297 m\"", ["\"shear\": `value` is a length", "`jaumann.T12` is a stress"]),
+        ("{ driven = 2 }", "{ driven = \"2 s\" }", ["`at` is a time, 2 s", "`driven` is a pure number"]),
+    ] {
+        let (code, said, output, _directory) = told(&|table| {
+            assert!(table.contains(from), "{from}");
+            table.replacen(from, to, 1)
+        });
+        assert!(code == 2 && parts.iter().all(|part| said.contains(part)), "{to}: {said}");
+        assert!(!output.exists(), "{to}");
+    }
+}
+
+#[test]
+fn checks_and_curves_that_cannot_be_are_refused() {
+    for (from, to, code_wanted, part) in [
+        ("\"2.18 mm\", tol", "\"2.18 mmm\", tol", 2, "the unit `mmm` is not known"),
+        ("\"2.18 mm\", tol", "\"1e999 mm\", tol", 2, "\"1e999 mm\" is too large"),
+        ("\"2.18 mm\", tol", "true, tol", 2, "a quantity is a number or a string"),
+        ("at = \"end\"", "at = \"ende\"", 2, "`at` is start, end, largest, always"),
+        ("at = \"end\"", "at = {}", 2, "`at` names no column"),
+        ("value = 0, tolerance = \"1 J\"", "value = \"0 J\", tolerance = \"1 %\"", 2, "allows no deviation at all"),
+        ("points = [[0, 0], [\"5 ms\", \"2.18 mm\"]], ", "", 2, "needs either `points` or `file`"),
+        ("file = \"curve.csv\"", "file = \"curve.csv\", points = [[0, 0]]", 2, "needs either `points` or `file`"),
+        ("file = \"curve.csv\"", "file = \"no.csv\"", 5, "no.csv"),
+        ("file = \"curve.csv\"", "file = \"curve.csv\", over = \"step\"", 5, "lacks a column \"step\""),
+        ("set = [\"path.steps=1000\"]", "bits = true", 2, "a material point has no `mesh`, `bits` and `mirror`"),
+        ("command = \"point\"", "command = \"points\"", 2, "points"),
+        ("command = \"point\"", "", 5, "lacks `mesh`"),
+        ("quantity = \"jaumann.T12\"", "quantity = \"mass\"", 5, "there is no mass"),
+        ("quantity = \"jaumann.T12\"", "quantity = \"zaremba.T12\"", 5, "there is no column \"zaremba.T12\""),
+        ("at = { driven = 2 }", "at = { driven = 200 }", 5, "200 is never reached"),
+    ] {
+        let (code, said, _output, _directory) = told(&|table| {
+            assert!(table.contains(from), "{from}");
+            table.replacen(from, to, 1)
+        });
+        assert!(code == code_wanted && said.contains(part), "{to}: {code}: {said}");
+    }
 }
 
 /// The table of cases as docs/verification.md shows it.

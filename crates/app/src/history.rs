@@ -1,6 +1,7 @@
 //! `history.csv`: a row of numbers every so often.
 
 use crate::checkpoint;
+use crate::deck::units::Dimension;
 use crate::failure::Failure;
 use crate::setup::Problem;
 use crate::snapshot::Snapshot;
@@ -73,6 +74,26 @@ impl Extra {
 /// Whether a probe cannot have this name, because a column can.
 pub fn is_column(name: &str) -> bool {
     COLUMNS.iter().chain(Extra::ALL.iter().flat_map(|extra| extra.columns())).any(|column| *column == name)
+}
+
+/// The dimension of a column that is no probe.
+pub fn dimension(column: &str) -> Option<Dimension> {
+    if !is_column(column) {
+        return None;
+    }
+    Some(match column {
+        "time" | "time_step" => Dimension::TIME,
+        "momentum_x" | "momentum_y" | "momentum_z" => Dimension::MOMENTUM,
+        "max_temperature" => Dimension::TEMPERATURE,
+        "step"
+        | "controlling_element"
+        | "deleted_elements"
+        | "energy_error"
+        | "max_equivalent_plastic_strain"
+        | "min_jacobian"
+        | "kinetic_over_internal" => Dimension::NUMBER,
+        _ => Dimension::ENERGY,
+    })
 }
 
 /// The growing file.

@@ -19,6 +19,19 @@ const FILES: &[(&str, &[u8])] = shipped![
     "meshes/cook/cook_32.msh",
     "meshes/upset/upset.toml",
     "meshes/upset/upset.msh",
+    "meshes/verification/patch.toml",
+    "meshes/verification/patch.inp",
+    "meshes/verification/free_fall.toml",
+    "meshes/verification/spin.toml",
+    "meshes/verification/wave.toml",
+    "meshes/verification/plastic_wave.toml",
+    "meshes/verification/cantilever.toml",
+    "meshes/verification/tube.toml",
+    "meshes/verification/tube.inp",
+    "meshes/point/uniaxial-tension.toml",
+    "meshes/point/uniaxial-compression.toml",
+    "meshes/point/corotational.toml",
+    "meshes/point/convected.toml",
 ];
 
 /// The content of a file by its place in the repository.

@@ -38,6 +38,8 @@ impl Dimension {
     pub const VELOCITY: Self = Self::new(1, 0, -1);
     /// m/s².
     pub const ACCELERATION: Self = Self::new(1, 0, -2);
+    /// kg m/s.
+    pub const MOMENTUM: Self = Self::new(1, 1, -1);
     /// rad/s.
     pub const RATE: Self = Self::new(0, 0, -1);
 
@@ -49,7 +51,7 @@ impl Dimension {
     }
 
     /// Name, SI unit and an example of the dimensions that have a name.
-    const NAMED: [(Self, &'static str, &'static str, &'static str); 13] = [
+    const NAMED: [(Self, &'static str, &'static str, &'static str); 14] = [
         (Self::NUMBER, "a pure number", "1", "0.3"),
         (Self::LENGTH, "a length", "m", "32.4 mm"),
         (Self::TIME, "a time", "s", "80 us"),
@@ -61,6 +63,7 @@ impl Dimension {
         (Self::ENERGY, "an energy", "J", "240 J"),
         (Self::VELOCITY, "a velocity", "m/s", "227 m/s"),
         (Self::ACCELERATION, "an acceleration", "m/s^2", "9.81 m/s^2"),
+        (Self::MOMENTUM, "a momentum", "kg m/s", "2 kg m/s"),
         (Self::RATE, "a rate", "1/s", "105 rad/s"),
         (Self::SPECIFIC_HEAT, "a specific heat", "J/(kg K)", "460 J/(kg K)"),
     ];

@@ -1,6 +1,7 @@
 //! The columns of point.csv.
 
 use super::Row;
+use crate::deck::units;
 use estar_material::point::StretchMeasure;
 
 /// A column of point.csv.
@@ -179,6 +180,19 @@ impl Column {
             Self::Dissipation | Self::InternalEnergy => Dimension::EnergyDensity,
             _ => Dimension::Number,
         }
+    }
+
+    /// The dimension of its unit on such a path; none for what no deck has a unit of.
+    pub fn unit(self, driven: Driven) -> Option<units::Dimension> {
+        Some(match self.dimension() {
+            Dimension::Number if self == Self::Driven && driven == Driven::Time => units::Dimension::TIME,
+            Dimension::Number => units::Dimension::NUMBER,
+            Dimension::Time => units::Dimension::TIME,
+            // J/m³ are Pa
+            Dimension::Stress | Dimension::EnergyDensity => units::Dimension::STRESS,
+            Dimension::Temperature => units::Dimension::TEMPERATURE,
+            Dimension::LoadingRate => return None,
+        })
     }
 
     /// Its symbol, with the markup of plots.

@@ -1,9 +1,11 @@
 //! The table of verification: what is run, and what must come of it. Tests, docs and `estar verify` read the same one.
 
-use crate::deck::units;
+use crate::deck::units::{self, Dimension, Measured};
+use crate::format::digits;
 use crate::table::Table;
 use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// The table that the program carries.
 pub const TABLE: &str = include_str!("../../../../tests/verification.toml");
@@ -18,6 +20,9 @@ pub struct Case {
     pub about: String,
     /// The deck, relative to the repository.
     pub deck: String,
+    /// What runs it.
+    #[serde(default)]
+    pub command: Runner,
     /// A mesh in place of the deck's.
     pub mesh: Option<MeshSource>,
     /// Overrides of the deck, as for `--set`.
@@ -36,6 +41,38 @@ pub struct Case {
     pub mirror: Vec<String>,
     /// The values that it must give.
     pub check: Vec<Check>,
+    /// Curves that the report draws beside those of the run.
+    #[serde(default)]
+    pub curve: Vec<Reference>,
+}
+
+/// The command that runs a deck.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Runner {
+    /// `estar run`.
+    #[default]
+    Run,
+    /// `estar point`.
+    Point,
+}
+
+impl Runner {
+    /// The table that it writes.
+    pub fn table(self) -> &'static str {
+        match self {
+            Self::Run => "history.csv",
+            Self::Point => "point.csv",
+        }
+    }
+
+    /// The column that the others are drawn over.
+    pub fn abscissa(self) -> &'static str {
+        match self {
+            Self::Run => "time",
+            Self::Point => "driven",
+        }
+    }
 }
 
 /// Where a mesh comes from.
@@ -52,49 +89,158 @@ pub enum MeshSource {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Check {
-    /// A column of history.csv, or `mass`.
+    /// A column of the table that the command writes, or `mass`.
     pub quantity: String,
-    /// Which row of the history counts.
+    /// Which row of the table counts.
     #[serde(default = "at_the_end")]
     pub at: When,
     /// How many of the modelled part make the whole body.
     #[serde(default = "one")]
     pub times: f64,
     /// The value, with its unit.
-    pub value: String,
+    pub value: Quantity,
     /// A percentage of the value, or a quantity in its unit.
-    pub tolerance: String,
+    pub tolerance: Quantity,
     /// Where the value is from.
     pub source: String,
 }
 
-/// Which row of the history counts.
+/// A curve that others published, or a closed form, at some points.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
+#[serde(deny_unknown_fields)]
+pub struct Reference {
+    /// The column that it is a curve of.
+    pub quantity: String,
+    /// The column that it is over; `time`, or `driven` for a point, unless given.
+    pub over: Option<String>,
+    /// Its points.
+    #[serde(default)]
+    pub points: Vec<[Quantity; 2]>,
+    /// A file with them, relative to the repository: two columns in SI units under their names, `over` first.
+    pub file: Option<String>,
+    /// Whether it is straight from point to point.
+    #[serde(default)]
+    pub straight: bool,
+    /// Where it is from.
+    pub source: String,
+}
+
+impl Reference {
+    /// The column that it is over.
+    pub fn over(&self, command: Runner) -> &str {
+        self.over.as_deref().unwrap_or(command.abscissa())
+    }
+}
+
+/// A quantity of the table: a number in SI units, or a string such as `"7.22 mm"`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(try_from = "Written")]
+pub struct Quantity {
+    text: String,
+    measured: Measured,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a quantity is a number or a string such as \"7.22 mm\"")]
+enum Written {
+    Text(String),
+    Number(f64),
+}
+
+impl TryFrom<Written> for Quantity {
+    type Error = String;
+
+    fn try_from(written: Written) -> Result<Self, String> {
+        let text = match written {
+            Written::Text(text) => text,
+            Written::Number(number) => number.to_string(),
+        };
+        let measured = units::parse(&text).map_err(|error| format!("\"{text}\": {error}"))?;
+        if !measured.value.is_finite() {
+            return Err(format!("\"{text}\" is too large"));
+        }
+        Ok(Self { text, measured })
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.text)
+    }
+}
+
+impl Quantity {
+    /// Its value, SI.
+    pub fn si(&self) -> f64 {
+        self.measured.value
+    }
+
+    /// The dimension of its unit, if it has one.
+    pub fn dimension(&self) -> Option<Dimension> {
+        self.measured.dimension
+    }
+
+    /// A value in SI units as it reads in the unit of this one.
+    fn in_its_unit(&self, value: f64) -> String {
+        let unit = self.text.trim().split_once(' ').map_or("", |(_, unit)| unit.trim());
+        match units::parse(&format!("1 {unit}")) {
+            Ok(one) if !unit.is_empty() => {
+                format!("{} {unit}", digits((value - one.zero) / (one.value - one.zero), 6))
+            }
+            _ => digits(value, 6),
+        }
+    }
+
+    /// Whether it is a percentage.
+    pub fn is_percentage(&self) -> bool {
+        self.measured.is_percentage
+    }
+}
+
+/// Which row of the table counts.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged, expecting = "`at` is start, end, largest, always or { COLUMN = VALUE }")]
 pub enum When {
     /// `start`, `end`, `largest` (the largest value of the run) or `always` (every row).
-    Word(String),
+    Word(Word),
     /// Where another column first rises to a value.
-    Where(BTreeMap<String, String>),
+    Where(BTreeMap<String, Quantity>),
+}
+
+/// A row of the table by its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Word {
+    /// The first.
+    Start,
+    /// The last.
+    End,
+    /// That of the largest value.
+    Largest,
+    /// All of them.
+    Always,
 }
 
 fn at_the_end() -> When {
-    When::Word("end".to_owned())
+    When::Word(Word::End)
 }
 
 fn one() -> f64 {
     1.0
 }
 
-impl std::fmt::Display for When {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Word(word) => formatter.write_str(word),
+impl fmt::Display for When {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Word(Word::Start) => "start",
+            Self::Word(Word::End) => "end",
+            Self::Word(Word::Largest) => "largest",
+            Self::Word(Word::Always) => "always",
             Self::Where(columns) => {
                 let places: Vec<String> = columns.iter().map(|(column, value)| format!("{column} = {value}")).collect();
-                formatter.write_str(&places.join(", "))
+                return formatter.write_str(&places.join(", "));
             }
-        }
+        })
     }
 }
 
@@ -119,14 +265,40 @@ pub fn cases(text: &str) -> Result<Vec<Case>, String> {
         if cases[..index].iter().any(|other| other.name == *name) {
             return Err(format!("two cases are named \"{name}\""));
         }
-        if let Some(axis) = case.mirror.iter().find(|axis| !["x", "y", "z"].contains(&axis.as_str())) {
-            return Err(format!("the case \"{name}\": mirror has x, y and z, not \"{axis}\""));
-        }
-        if case.check.iter().any(|check| matches!(&check.at, When::Where(places) if places.is_empty())) {
-            return Err(format!("the case \"{name}\": `at` names no column"));
+        if let Some(fault) = case.fault() {
+            return Err(format!("the case \"{name}\": {fault}"));
         }
     }
     Ok(cases)
+}
+
+impl Case {
+    /// What of it cannot be, whatever its deck says.
+    fn fault(&self) -> Option<String> {
+        if let Some(axis) = self.mirror.iter().find(|axis| !["x", "y", "z"].contains(&axis.as_str())) {
+            return Some(format!("mirror has x, y and z, not \"{axis}\""));
+        }
+        if self.command == Runner::Point && (self.mesh.is_some() || self.bits || !self.mirror.is_empty()) {
+            return Some("a material point has no `mesh`, `bits` and `mirror`".to_owned());
+        }
+        for Check { quantity, at, value, tolerance, .. } in &self.check {
+            if matches!(at, When::Where(places) if places.is_empty()) {
+                return Some("`at` names no column".to_owned());
+            }
+            if tolerance.is_percentage()
+                && value.si() == 0.0
+                && value.dimension().is_some_and(|it| it != Dimension::NUMBER)
+            {
+                return Some(format!("`{quantity}`: {tolerance} of {value} allows no deviation at all"));
+            }
+        }
+        for Reference { quantity, points, file, .. } in &self.curve {
+            if points.is_empty() == file.is_none() {
+                return Some(format!("the curve of `{quantity}` needs either `points` or `file`"));
+            }
+        }
+        None
+    }
 }
 
 /// What became of a check.
@@ -134,7 +306,7 @@ pub fn cases(text: &str) -> Result<Vec<Case>, String> {
 pub struct Finding {
     /// The quantity.
     pub quantity: String,
-    /// Which row of the history counts.
+    /// Which row of the table counts.
     pub at: String,
     /// What was found, SI; of several rows that farthest from what was expected.
     pub found: f64,
@@ -142,6 +314,10 @@ pub struct Finding {
     pub expected: f64,
     /// How far from it is allowed, SI.
     pub tolerance: f64,
+    /// The SI unit of the three; empty for a pure number, and where it is not known.
+    pub unit: String,
+    /// What was found, in the unit of what was expected.
+    pub shown: String,
     /// What was expected, as the table says it.
     pub wanted: String,
     /// Where that is from.
@@ -150,32 +326,41 @@ pub struct Finding {
     pub met: bool,
 }
 
+impl Finding {
+    /// What is found less what is expected, as a share of what is allowed; nothing where no deviation is allowed.
+    pub fn share_of_tolerance(&self) -> Option<f64> {
+        (self.tolerance > 0.0).then(|| (self.found - self.expected) / self.tolerance)
+    }
+}
+
 impl Check {
-    /// Holds the check against the history of a run and the mass of its mesh (kg).
+    /// How far from the value is allowed, SI.
+    pub fn allowance(&self) -> f64 {
+        let Measured { value, zero, is_percentage, .. } = self.tolerance.measured;
+        // a tolerance is a difference: 5 °C more or less are 5 K
+        if is_percentage && self.value.si() != 0.0 { value * self.value.si().abs() } else { value - zero }
+    }
+
+    /// Holds the check against the table of a run and the mass of its mesh (kg).
     ///
     /// # Errors
-    /// The check cannot be made: a quantity, a time or a unit that there is none of.
-    pub fn finding(&self, history: &Table, mass: f64) -> Result<Finding, String> {
-        let expected = si(&self.value)?;
-        let tolerance = match self.tolerance.strip_suffix('%') {
-            Some(percent) if expected != 0.0 => {
-                let share: f64 =
-                    percent.trim().parse().map_err(|_| format!("\"{}\" is no tolerance", self.tolerance))?;
-                share / 100.0 * expected.abs()
-            }
-            _ => si(&self.tolerance)?,
-        };
-        let values = if self.quantity == "mass" { vec![mass] } else { self.values(history)? };
+    /// The check cannot be made: a quantity or a place that there is none of.
+    pub fn finding(&self, table: &Table, mass: Option<f64>) -> Result<Finding, String> {
+        let (expected, tolerance) = (self.value.si(), self.allowance());
+        let is_mass = self.quantity == "mass";
+        let values = if is_mass { vec![mass.ok_or("there is no mass")?] } else { self.values(table)? };
         let distance = |value: &f64| (self.times * value - expected).abs();
         // what is no number is farther than any other
         let farthest = values.into_iter().max_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let found = self.times * farthest.ok_or("the history has no rows")?;
+        let found = self.times * farthest.ok_or("the table has no rows")?;
         Ok(Finding {
             quantity: self.quantity.clone(),
-            at: if self.quantity == "mass" { String::new() } else { self.at.to_string() },
+            at: if is_mass { String::new() } else { self.at.to_string() },
             found,
             expected,
             tolerance,
+            unit: String::new(),
+            shown: self.value.in_its_unit(found),
             wanted: format!("{} ± {}", self.value, self.tolerance),
             source: self.source.clone(),
             met: (found - expected).abs() <= tolerance,
@@ -183,37 +368,31 @@ impl Check {
     }
 
     /// The values that count.
-    fn values(&self, history: &Table) -> Result<Vec<f64>, String> {
-        let column = column(history, &self.quantity)?;
-        match &self.at {
-            When::Word(word) => match (word.as_str(), column) {
-                ("start", [first, ..]) => Ok(vec![*first]),
-                ("end", [.., last]) => Ok(vec![*last]),
-                ("largest", values) => Ok(vec![values.iter().copied().fold(f64::NEG_INFINITY, f64::max)]),
-                ("always", values) => Ok(values.to_vec()),
-                _ => Err(format!("at = \"{word}\" is none of start, end, largest and always")),
-            },
-            When::Where(places) => places
-                .iter()
-                .map(|(other, value)| where_reached(column, self::column(history, other)?, si(value)?))
-                .collect(),
-        }
+    fn values(&self, table: &Table) -> Result<Vec<f64>, String> {
+        let column = column(table, &self.quantity)?;
+        Ok(match &self.at {
+            When::Word(Word::Start) => column.first().copied().into_iter().collect(),
+            When::Word(Word::End) => column.last().copied().into_iter().collect(),
+            When::Word(Word::Largest) => vec![column.iter().copied().fold(f64::NEG_INFINITY, f64::max)],
+            When::Word(Word::Always) => column.to_vec(),
+            When::Where(places) => {
+                let reached =
+                    |(other, value): (&String, &Quantity)| where_reached(column, self::column(table, other)?, value);
+                return places.iter().map(reached).collect();
+            }
+        })
     }
 }
 
-fn column<'a>(history: &'a Table, name: &str) -> Result<&'a [f64], String> {
-    history.column(name).ok_or_else(|| format!("history.csv has no column \"{name}\""))
+fn column<'a>(table: &'a Table, name: &str) -> Result<&'a [f64], String> {
+    table.column(name).ok_or_else(|| format!("there is no column \"{name}\""))
 }
 
 /// Value of a column where another first reaches `value`, between rows by a straight line.
-fn where_reached(column: &[f64], other: &[f64], value: f64) -> Result<f64, String> {
-    let after = (1..other.len()).find(|&row| other[row - 1] < value && value <= other[row]);
+fn where_reached(column: &[f64], other: &[f64], value: &Quantity) -> Result<f64, String> {
+    let wanted = value.si();
+    let after = (1..other.len()).find(|&row| other[row - 1] < wanted && wanted <= other[row]);
     let after = after.ok_or_else(|| format!("{value} is never reached"))?;
-    let part = (value - other[after - 1]) / (other[after] - other[after - 1]);
+    let part = (wanted - other[after - 1]) / (other[after] - other[after - 1]);
     Ok(column[after - 1] + part * (column[after] - column[after - 1]))
-}
-
-/// SI value of a quantity such as `"7.22 mm"`.
-fn si(text: &str) -> Result<f64, String> {
-    units::parse(text).map(|measured| measured.value).map_err(|error| format!("\"{text}\": {error}"))
 }

@@ -1,15 +1,18 @@
 //! `estar verify`: the cases of verification, run on the user's machine, and a report that shows what came of them.
 
 pub mod cases;
+pub mod dimensions;
 mod report;
 
 use crate::console::{print, tell};
+use crate::deck::units::Dimension;
 use crate::failure::Failure;
 use crate::format::duration;
 use crate::shipped;
 use crate::table::Table;
-use cases::{Case, Finding, MeshSource};
+use cases::{Case, Finding, MeshSource, Reference, Runner};
 use clap::Args;
+use dimensions::Dimensions;
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -54,8 +57,14 @@ pub struct Outcome {
     pub trouble: Option<String>,
     /// Wall time, s.
     pub seconds: f64,
-    /// SHA-256 of every bit of the final state.
+    /// SHA-256 of every bit of the final state; empty for a material point.
     pub state_hash: String,
+    /// What the columns of its table are, as far as its deck says.
+    #[serde(skip)]
+    pub dimensions: Option<Dimensions>,
+    /// The points of its reference curves, SI.
+    #[serde(skip)]
+    pub references: Vec<Vec<[f64; 2]>>,
 }
 
 /// Where decks and meshes come from.
@@ -79,10 +88,11 @@ pub fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
             (text, Source::Folder(path.parent().unwrap_or(Path::new("")).to_owned()))
         }
     };
-    let all = cases::cases(&text).map_err(|error| {
+    let refused = |error: String| {
         let path = arguments.cases.as_deref().unwrap_or(Path::new("verification.toml"));
         Failure::Input(format!("error: {}: {error}", path.display()))
-    })?;
+    };
+    let all = cases::cases(&text).map_err(refused)?;
     for name in &arguments.names {
         if !all.iter().any(|case| case.name == *name) {
             let names = || all.iter().map(|case| case.name.as_str());
@@ -103,6 +113,12 @@ pub fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
             format!("{:32} {} ({} million element steps{full})", case.name, case.about, case.cost)
         };
         return print(&wanted.iter().map(line).collect::<Vec<_>>().join("\n"));
+    }
+    for case in &wanted {
+        let fault = dimensions(case, &source).and_then(|dimensions| dimensions.fault(case));
+        if let Some(fault) = fault {
+            return Err(refused(format!("the case \"{}\": {fault}", case.name)));
+        }
     }
     let output = &arguments.output;
     fs::create_dir_all(output).map_err(Failure::writing(output))?;
@@ -132,7 +148,7 @@ pub fn faults(outcome: &Outcome) -> Vec<String> {
     let missed = outcome.findings.iter().filter(|finding| !finding.met);
     let line = |finding: &Finding| {
         let at = if finding.at.is_empty() { String::new() } else { format!(" at {}", finding.at) };
-        format!("{}{at} is {:.6e}, not {} ({})", finding.quantity, finding.found, finding.wanted, finding.source)
+        format!("{}{at} is {}, not {} ({})", finding.quantity, finding.shown, finding.wanted, finding.source)
     };
     missed.map(line).chain(outcome.trouble.iter().cloned()).collect()
 }
@@ -158,13 +174,11 @@ pub fn run_case(program: &Path, case: &Case, source: &Source, directory: &Path) 
         trouble: None,
         seconds: 0.0,
         state_hash: String::new(),
+        dimensions: dimensions(case, source),
+        references: Vec::new(),
     };
-    match judged(program, case, source, directory) {
-        Ok((findings, state_hash)) => {
-            outcome.met = findings.iter().all(|finding| finding.met);
-            outcome.findings = findings;
-            outcome.state_hash = state_hash;
-        }
+    match judged(program, case, source, directory, &mut outcome) {
+        Ok(()) => outcome.met = outcome.findings.iter().all(|finding| finding.met),
         Err(trouble) => outcome.trouble = Some(trouble),
     }
     outcome.seconds = start.elapsed().as_secs_f64();
@@ -174,6 +188,9 @@ pub fn run_case(program: &Path, case: &Case, source: &Source, directory: &Path) 
 /// The deck of a case, and what is changed in it.
 pub fn deck_in_words(case: &Case) -> String {
     let mut words = format!("`{}`", case.deck);
+    if case.command == Runner::Point {
+        words += "; `estar point`";
+    }
     match &case.mesh {
         None => (),
         Some(MeshSource::File(file)) => words += &format!("; mesh `{file}`"),
@@ -190,8 +207,11 @@ pub fn results(directory: &Path) -> PathBuf {
     directory.join("results")
 }
 
-/// Findings and the hash of the final state, or why there are none.
-fn judged(program: &Path, case: &Case, source: &Source, directory: &Path) -> Result<(Vec<Finding>, String), String> {
+/// Runs a case and puts into `outcome` what was found; why there is nothing, if there is not.
+fn judged(program: &Path, case: &Case, source: &Source, directory: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    for curve in &case.curve {
+        outcome.references.push(reference(curve, case.command, source, directory)?);
+    }
     let deck = placed(&case.deck, source, directory)?;
     let mut set = case.set.clone();
     match &case.mesh {
@@ -207,21 +227,30 @@ fn judged(program: &Path, case: &Case, source: &Source, directory: &Path) -> Res
             set.extend([mesh_file(&mesh), "mesh.scale=1.0".to_owned()]);
         }
     }
-    if !set.is_empty() {
+    if !set.is_empty() && case.command == Runner::Run {
         set.push("expect=[]".to_owned());
     }
     let set: Vec<&str> = set.iter().flat_map(|entry| ["--set", entry]).collect();
     let deck = deck.display().to_string();
     let run = |folder: &Path, more: &[&str]| {
         let folder = folder.display().to_string();
-        estar(program, &[&["run", &deck, "--quiet", "--output", &folder], &set[..], more].concat())
+        let command: &[&str] = match case.command {
+            Runner::Run => &["run", &deck, "--quiet", "--output", &folder],
+            Runner::Point => &["point", &deck, "--output", &folder],
+        };
+        estar(program, &[command, &set[..], more].concat())
     };
     let results = results(directory);
-    run(&results, &["--force"])?;
-    let history = Table::read(&results.join("history.csv")).map_err(|failure| failure.to_string())?;
-    let summary = summary(&results)?;
-    let mass = summary["mesh"]["mass"].as_f64().unwrap_or(f64::NAN);
-    let findings = case.check.iter().map(|check| check.finding(&history, mass)).collect::<Result<Vec<_>, _>>()?;
+    run(&results, if case.command == Runner::Run { &["--force"] } else { &[] })?;
+    let table = Table::read(&results.join(case.command.table())).map_err(|failure| failure.to_string())?;
+    let summary = if case.command == Runner::Run { summary(&results)? } else { serde_json::Value::Null };
+    for check in &case.check {
+        let dimension = outcome.dimensions.as_ref().and_then(|dimensions| dimensions.column(&check.quantity));
+        outcome.findings.push(Finding {
+            unit: dimension.map_or_else(String::new, unit),
+            ..check.finding(&table, summary["mesh"]["mass"].as_f64())?
+        });
+    }
     let hash = summary["state_hash"].as_str().unwrap_or("").to_owned();
     if case.bits {
         let steps = summary["steps"].as_u64().unwrap_or(0);
@@ -235,7 +264,32 @@ fn judged(program: &Path, case: &Case, source: &Source, directory: &Path) -> Res
         run(&again, &["--resume", "--threads", "1"])?;
         same_bits(&hash, &again, "a run that was stopped half-way and resumed")?;
     }
-    Ok((findings, hash))
+    outcome.state_hash = hash;
+    Ok(())
+}
+
+/// The points of a reference curve, SI.
+fn reference(curve: &Reference, command: Runner, source: &Source, directory: &Path) -> Result<Vec<[f64; 2]>, String> {
+    let Some(file) = &curve.file else {
+        return Ok(curve.points.iter().map(|[x, y]| [x.si(), y.si()]).collect());
+    };
+    let table = Table::read(&placed(file, source, directory)?).map_err(|failure| failure.to_string())?;
+    let (over, quantity) = (curve.over(command), curve.quantity.as_str());
+    table.pairs(over, quantity).ok_or_else(|| format!("{file} lacks a column \"{over}\" or \"{quantity}\""))
+}
+
+/// The SI unit of a dimension; none of a pure number.
+fn unit(dimension: Dimension) -> String {
+    if dimension == Dimension::NUMBER { String::new() } else { dimension.si_unit() }
+}
+
+/// What the columns of a case's table are; nothing if its deck cannot be read, which its run will say.
+fn dimensions(case: &Case, source: &Source) -> Option<Dimensions> {
+    let deck = match source {
+        Source::Folder(folder) => fs::read_to_string(folder.join(&case.deck)).ok()?,
+        Source::Shipped => String::from_utf8(shipped::file(&case.deck)?.to_vec()).ok()?,
+    };
+    Dimensions::of(case, &deck)
 }
 
 /// The override of the mesh's file, whatever characters its path has.

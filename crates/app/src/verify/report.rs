@@ -1,7 +1,7 @@
 //! The report of a verification: one page without anything beside it, and the same as JSON.
 
-use super::cases::{Case, When};
-use super::{Outcome, results};
+use super::cases::{Case, When, Word};
+use super::{Outcome, results, unit};
 use crate::bench::machine::Description;
 use crate::failure::Failure;
 use crate::format::{digits, duration};
@@ -108,7 +108,7 @@ const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:1000px;ma
     h1{font-size:1.6em}h2{font-size:1.2em;margin-top:2.5em;border-top:1px solid #ddd;padding-top:1em}\
     table{border-collapse:collapse;width:100%}td,th{text-align:left;padding:.3em .8em .3em 0;border-bottom:1px solid #eee;\
     vertical-align:top}.met{color:#1a7f37}.missed{color:#c62828;font-weight:bold}code{font-size:.9em;overflow-wrap:anywhere}\
-    svg,img{max-width:100%;height:auto}pre{background:#f6f6f6;padding:1em;overflow:auto}";
+    td code{overflow-wrap:normal}svg,img{max-width:100%;height:auto}pre{background:#f6f6f6;padding:1em;overflow:auto}";
 
 fn verdict_of(met: bool) -> &'static str {
     if met { "<span class=\"met\">passed</span>" } else { "<span class=\"missed\">FAILED</span>" }
@@ -118,7 +118,7 @@ fn verdict_of(met: bool) -> &'static str {
 fn section(case: &Case, outcome: &Outcome, results: &Path) -> String {
     let name = escaped(&outcome.name);
     let mut text = format!(
-        "<h2 id=\"{name}\">{name}: {}</h2>\n<p>{} Deck {}.</p>\n",
+        "<h2 id=\"{name}\">{name}: {}</h2>\n<p>{}. Deck {}.</p>\n",
         verdict_of(outcome.met),
         escaped(&outcome.about),
         with_code(&outcome.deck)
@@ -128,16 +128,17 @@ fn section(case: &Case, outcome: &Outcome, results: &Path) -> String {
     }
     if !outcome.findings.is_empty() {
         text.push_str(
-            "<table><tr><th>quantity</th><th>at</th><th>found</th><th>expected</th><th>source</th><th></th></tr>\n",
+            "<table><tr><th>quantity</th><th>at</th><th>found</th><th>expected</th><th>deviation, of the tolerance</th><th>source</th><th></th></tr>\n",
         );
         for finding in &outcome.findings {
             let _ = writeln!(
                 text,
-                "<tr><td><code>{}</code></td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                "<tr><td><code>{}</code></td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
                 escaped(&finding.quantity),
                 escaped(&finding.at),
-                digits(finding.found, 6),
+                escaped(&finding.shown),
                 escaped(&finding.wanted),
+                finding.share_of_tolerance().map_or_else(String::new, |share| format!("{share:.2}")),
                 escaped(&finding.source),
                 verdict_of(finding.met)
             );
@@ -147,72 +148,180 @@ fn section(case: &Case, outcome: &Outcome, results: &Path) -> String {
     if !outcome.state_hash.is_empty() {
         let _ = writeln!(text, "<p>State <code>{}</code></p>", outcome.state_hash);
     }
-    if let Ok(history) = Table::read(&results.join("history.csv")) {
-        text.push_str(&curves(case, outcome, &history).drawing().svg());
+    if let Ok(table) = Table::read(&results.join(case.command.table())) {
+        text.push_str(&curves(case, outcome, &table).drawing().svg());
+        for curve in &case.curve {
+            let over = curve.over(case.command);
+            let _ = writeln!(
+                text,
+                "<p>Reference of <code>{}</code> over <code>{}</code>: {}</p>",
+                escaped(&curve.quantity),
+                escaped(over),
+                escaped(&curve.source)
+            );
+        }
     }
-    if let Some(picture) = picture(case, results) {
-        let _ = writeln!(text, "<p><img alt=\"the body at the end\" src=\"data:image/png;base64,{picture}\"></p>");
+    if let Some(Picture { png, caption }) = picture(case, results) {
+        let _ = writeln!(
+            text,
+            "<p><img alt=\"the body at the end\" src=\"data:image/png;base64,{png}\"><br>{}</p>",
+            escaped(&caption)
+        );
     }
     text
 }
 
-/// Each quantity over time, with what was expected of it.
-fn curves(case: &Case, outcome: &Outcome, history: &Table) -> Figure {
-    let mut panels: Vec<Panel> = Vec::new();
-    let mut shown: Vec<&str> = Vec::new();
-    let end = history.column("time").and_then(|times| times.last().copied()).unwrap_or(0.0);
-    for (check, finding) in case.check.iter().zip(&outcome.findings) {
-        let Some(points) = history.pairs("time", &check.quantity) else { continue };
-        let place = shown.iter().position(|known| *known == check.quantity).unwrap_or_else(|| {
-            let axis = |label: String, unit: &str| Axis { label, unit: unit.to_owned(), ..Axis::default() };
-            panels.push(Panel {
-                x: axis("time".to_owned(), "s"),
-                y: axis(check.quantity.replace('_', " "), ""),
-                curves: vec![Curve { label: "this run".to_owned(), points, ..Curve::default() }],
-                ..Panel::default()
-            });
-            shown.push(&check.quantity);
-            panels.len() - 1
-        });
-        // the reference stands where it counts: at a time, at the end, or all along
-        let expected = finding.expected / check.times;
-        let reference = match &check.at {
-            When::Word(word) if word == "start" => vec![[0.0, expected]],
-            When::Word(word) if word == "end" => vec![[end, expected]],
-            When::Word(_) => vec![[0.0, expected], [end, expected]],
-            When::Where(places) => places
-                .get("time")
-                .and_then(|time| crate::deck::units::parse(time).ok())
-                .map_or(vec![[0.0, expected], [end, expected]], |time| vec![[time.value, expected]]),
-        };
-        let label = if panels[place].curves.len() == 1 { "expected".to_owned() } else { String::new() };
-        panels[place].curves.push(Curve {
-            label,
-            colour: 1,
+/// Each quantity over what it is asked for at, with what was expected of it and the reference curves.
+fn curves(case: &Case, outcome: &Outcome, table: &Table) -> Figure {
+    let mut charts = Charts { outcome, table, charts: Vec::new() };
+    let abscissa = case.command.abscissa();
+    for (curve, points) in case.curve.iter().zip(&outcome.references) {
+        let Some(chart) = charts.of(curve.over(case.command), &curve.quantity) else { continue };
+        let apart = |point: &[f64; 2]| [*point, [f64::NAN; 2]];
+        chart.references.push(Curve {
+            label: if chart.references.is_empty() { "reference".to_owned() } else { String::new() },
+            colour: 2,
             dash: 1,
-            is_dotted: true,
-            points: reference,
+            is_dotted: !curve.straight,
+            points: if curve.straight { points.clone() } else { points.iter().flat_map(apart).collect() },
             ..Curve::default()
         });
     }
-    Figure { title: String::new(), panels }
+    let [first, last] = table.column(abscissa).map_or([0.0; 2], |column| [column[0], column[column.len() - 1]]);
+    for check in &case.check {
+        let quantity = check.quantity.as_str();
+        let [expected, allowed] = [check.value.si(), check.allowance()].map(|value| value / check.times);
+        match &check.at {
+            When::Word(word) => {
+                let Some(chart) = charts.of(abscissa, quantity) else { continue };
+                match word {
+                    Word::Start => chart.expect([first, expected], [0.0, allowed]),
+                    Word::End => chart.expect([last, expected], [0.0, allowed]),
+                    Word::Largest | Word::Always => {
+                        chart.expected.extend([[first, expected], [last, expected], [f64::NAN; 2]]);
+                    }
+                }
+            }
+            When::Where(places) => {
+                for (column, place) in places {
+                    // when something is reached shows over time, as all else does
+                    if quantity == abscissa {
+                        let Some(chart) = charts.of(abscissa, column) else { continue };
+                        chart.expect([expected, place.si()], [allowed, 0.0]);
+                    } else {
+                        let Some(chart) = charts.of(column, quantity) else { continue };
+                        chart.expect([place.si(), expected], [0.0, allowed]);
+                    }
+                }
+            }
+        }
+    }
+    Figure { title: String::new(), panels: charts.charts.into_iter().map(Chart::panel).collect() }
 }
 
-/// The body at the end, as PNG in base 64; none where there is nothing to show.
-fn picture(case: &Case, results: &Path) -> Option<String> {
+/// The charts of a case, each under the names of its columns.
+struct Charts<'a> {
+    outcome: &'a Outcome,
+    table: &'a Table,
+    charts: Vec<Chart>,
+}
+
+/// A column of the run over another, and what it should be.
+struct Chart {
+    columns: [String; 2],
+    axes: [Axis; 2],
+    run: Vec<[f64; 2]>,
+    references: Vec<Curve>,
+    expected: Vec<[f64; 2]>,
+    tolerances: Vec<[f64; 2]>,
+}
+
+impl Charts<'_> {
+    /// The chart of one column over another; none where the run has no such column.
+    fn of(&mut self, over: &str, quantity: &str) -> Option<&mut Chart> {
+        let columns = [over, quantity];
+        let place = self.charts.iter().position(|chart| chart.columns == columns);
+        let place = match place {
+            Some(place) => place,
+            None => {
+                let dimension = |column: &str| self.outcome.dimensions.as_ref().and_then(|known| known.column(column));
+                let axis = |column: &str| Axis {
+                    label: column.replace('_', " "),
+                    unit: dimension(column).map_or_else(String::new, unit),
+                    ..Axis::default()
+                };
+                self.charts.push(Chart {
+                    columns: columns.map(str::to_owned),
+                    axes: columns.map(axis),
+                    run: self.table.pairs(over, quantity)?,
+                    references: Vec::new(),
+                    expected: Vec::new(),
+                    tolerances: Vec::new(),
+                });
+                self.charts.len() - 1
+            }
+        };
+        self.charts.get_mut(place)
+    }
+}
+
+impl Chart {
+    /// Marks what is expected at a point, and how far from it is allowed along each axis.
+    fn expect(&mut self, [x, y]: [f64; 2], [dx, dy]: [f64; 2]) {
+        self.expected.extend([[x, y], [f64::NAN; 2]]);
+        self.tolerances.extend([[x - dx, y - dy], [x + dx, y + dy], [f64::NAN; 2]]);
+    }
+
+    fn panel(self) -> Panel {
+        let [x, y] = self.axes;
+        let run = Curve { label: "this run".to_owned(), points: self.run, ..Curve::default() };
+        let expected = Curve {
+            label: "expected".to_owned(),
+            colour: 1,
+            dash: 1,
+            is_dotted: true,
+            points: self.expected,
+            ..Curve::default()
+        };
+        let tolerances = Curve { colour: 1, points: self.tolerances, ..Curve::default() };
+        let is_drawn = |curve: &Curve| !curve.points.is_empty();
+        let curves = [run].into_iter().chain(self.references).chain([tolerances, expected]).filter(is_drawn).collect();
+        Panel { x, y, curves, ..Panel::default() }
+    }
+}
+
+/// The body at the end.
+struct Picture {
+    /// PNG in base 64.
+    png: String,
+    /// What its colours are.
+    caption: String,
+}
+
+/// Fields that a body shows: the first that is not the same everywhere.
+const SHOWN: [&str; 2] = ["equivalent_plastic_strain", "von_mises_stress"];
+
+/// The body at the end; none where there is nothing to show.
+fn picture(case: &Case, results: &Path) -> Option<Picture> {
     let mut frames: Vec<PathBuf> =
         std::fs::read_dir(results.join("fields")).ok()?.filter_map(|entry| Some(entry.ok()?.path())).collect();
     frames.sort();
     let frame = read_frame(frames.last()?).ok()?;
-    let mut surface = Surface::of(&frame, "equivalent_plastic_strain", Part::Magnitude)?;
+    let surface = |field: &&'static str| Some((Surface::of(&frame, field, Part::Magnitude)?, *field));
+    let varies = |(surface, _): &(Surface, &str)| surface.range().is_some_and(|[low, high]| low < high);
+    let surfaces = || SHOWN.iter().filter_map(surface);
+    let (mut surface, field) = surfaces().find(varies).or_else(|| surfaces().next())?;
     for axis in case.mirror.iter().filter_map(|name| ["x", "y", "z"].iter().position(|axis| axis == name)) {
         surface = surface.mirrored(axis);
     }
     let view = View { azimuth: 35.0, elevation: 25.0 };
-    let style = Style { view, range: surface.range()?, has_edges: true };
+    let [low, high] = surface.range()?;
+    let style = Style { view, range: [low, high], has_edges: true };
     let window = Window::around([&surface].into_iter(), view);
     let raster = shaded::draw(&surface, &style, &window, [560, 420]);
-    Some(STANDARD.encode(raster.png().ok()?))
+    let field = field.replace('_', " ");
+    let caption = format!("The body at the end, {field} from {} to {} in SI units", digits(low, 4), digits(high, 4));
+    Some(Picture { png: STANDARD.encode(raster.png().ok()?), caption })
 }
 
 /// Text between backticks as code.
