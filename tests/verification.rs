@@ -73,6 +73,9 @@ verification! {
     cook_8_hex8
     necking
     #[ignore = "long"] taylor_hex8
+    #[ignore = "long"] taylor_b_bar
+    #[ignore = "long"] taylor_one_point
+    #[ignore = "long"] taylor_tet4
     #[ignore = "long"] taylor_wall
     #[ignore = "long"] taylor_fine
     #[ignore = "long"] cook_16
@@ -217,9 +220,12 @@ fn a_material_point_is_a_case_and_reference_curves_stand_in_the_report() {
     let (code, said, output, _directory) = told(&str::to_owned);
     assert_eq!(code, 0, "{said}");
     let page = fs::read_to_string(output.join("report.html")).unwrap();
-    for part in ["a &lt;curve&gt;", "a file", ">reference<", ">expected<", "jaumann.T12", "<code>estar point</code>"] {
+    for part in ["a &lt;curve&gt;", "a file", "jaumann.T12", "<code>estar point</code>"] {
         assert!(page.contains(part), "{part}");
     }
+    // words are drawn as outlines: a curve shows by its colour
+    assert!(page.contains("stroke=\"#009e73\""));
+    assert!(page.contains("<td>2.1") && page.contains(" mm</td><td>2.18 mm ± 2 %</td><td>"));
     let json: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(output.join("verification.json")).unwrap()).unwrap();
     let units = |case: usize| {

@@ -327,9 +327,9 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// What is found less what is expected, as a share of what is allowed; nothing where no deviation is allowed.
+    /// How far what is found is from what is expected, as a share of what is allowed; nothing where no deviation is.
     pub fn share_of_tolerance(&self) -> Option<f64> {
-        (self.tolerance > 0.0).then(|| (self.found - self.expected) / self.tolerance)
+        (self.tolerance > 0.0).then(|| (self.found - self.expected).abs() / self.tolerance)
     }
 }
 

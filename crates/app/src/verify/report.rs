@@ -128,7 +128,7 @@ fn section(case: &Case, outcome: &Outcome, results: &Path) -> String {
     }
     if !outcome.findings.is_empty() {
         text.push_str(
-            "<table><tr><th>quantity</th><th>at</th><th>found</th><th>expected</th><th>deviation, of the tolerance</th><th>source</th><th></th></tr>\n",
+            "<table><tr><th>quantity</th><th>at</th><th>found</th><th>expected</th><th>deviation / tolerance</th><th>source</th><th></th></tr>\n",
         );
         for finding in &outcome.findings {
             let _ = writeln!(
@@ -138,7 +138,7 @@ fn section(case: &Case, outcome: &Outcome, results: &Path) -> String {
                 escaped(&finding.at),
                 escaped(&finding.shown),
                 escaped(&finding.wanted),
-                finding.share_of_tolerance().map_or_else(String::new, |share| format!("{share:.2}")),
+                finding.share_of_tolerance().map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)),
                 escaped(&finding.source),
                 verdict_of(finding.met)
             );
@@ -298,8 +298,11 @@ struct Picture {
     caption: String,
 }
 
-/// Fields that a body shows: the first that is not the same everywhere.
-const SHOWN: [&str; 2] = ["equivalent_plastic_strain", "von_mises_stress"];
+/// Fields that a body shows, in words and with their units: the first that is not the same everywhere.
+const SHOWN: [(&str, &str, &str); 2] =
+    [("equivalent_plastic_strain", "equivalent plastic strain", ""), ("von_mises_stress", "von Mises stress", " Pa")];
+/// Values that differ by less than this part of them are the same but for rounding.
+const SAME: f64 = 1e-6;
 
 /// The body at the end; none where there is nothing to show.
 fn picture(case: &Case, results: &Path) -> Option<Picture> {
@@ -307,20 +310,28 @@ fn picture(case: &Case, results: &Path) -> Option<Picture> {
         std::fs::read_dir(results.join("fields")).ok()?.filter_map(|entry| Some(entry.ok()?.path())).collect();
     frames.sort();
     let frame = read_frame(frames.last()?).ok()?;
-    let surface = |field: &&'static str| Some((Surface::of(&frame, field, Part::Magnitude)?, *field));
-    let varies = |(surface, _): &(Surface, &str)| surface.range().is_some_and(|[low, high]| low < high);
-    let surfaces = || SHOWN.iter().filter_map(surface);
-    let (mut surface, field) = surfaces().find(varies).or_else(|| surfaces().next())?;
+    let surfaces = || {
+        SHOWN.iter().filter_map(|(field, words, unit)| {
+            let surface = Surface::of(&frame, field, Part::Magnitude)?;
+            let range = surface.range()?;
+            Some((surface, range, words, unit))
+        })
+    };
+    let varies = |[low, high]: [f64; 2]| high - low > SAME * low.abs().max(high.abs());
+    let shown = surfaces().find(|(_, range, ..)| varies(*range)).or_else(|| surfaces().next());
+    let (mut surface, [low, high], words, unit) = shown?;
     for axis in case.mirror.iter().filter_map(|name| ["x", "y", "z"].iter().position(|axis| axis == name)) {
         surface = surface.mirrored(axis);
     }
     let view = View { azimuth: 35.0, elevation: 25.0 };
-    let [low, high] = surface.range()?;
     let style = Style { view, range: [low, high], has_edges: true };
     let window = Window::around([&surface].into_iter(), view);
     let raster = shaded::draw(&surface, &style, &window, [560, 420]);
-    let field = field.replace('_', " ");
-    let caption = format!("The body at the end, {field} from {} to {} in SI units", digits(low, 4), digits(high, 4));
+    let caption = if varies([low, high]) {
+        format!("The body at the end, {words} from {} to {}{unit}.", digits(low, 4), digits(high, 4))
+    } else {
+        format!("The body at the end, {words} {}{unit} everywhere.", digits(low, 4))
+    };
     Some(Picture { png: STANDARD.encode(raster.png().ok()?), caption })
 }
 
