@@ -78,21 +78,15 @@ pub fn is_column(name: &str) -> bool {
 
 /// The dimension of a column that is no probe.
 pub fn dimension(column: &str) -> Option<Dimension> {
-    if !is_column(column) {
-        return None;
-    }
     Some(match column {
         "time" | "time_step" => Dimension::TIME,
         "momentum_x" | "momentum_y" | "momentum_z" => Dimension::MOMENTUM,
         "max_temperature" => Dimension::TEMPERATURE,
-        "step"
-        | "controlling_element"
-        | "deleted_elements"
-        | "energy_error"
-        | "max_equivalent_plastic_strain"
-        | "min_jacobian"
-        | "kinetic_over_internal" => Dimension::NUMBER,
-        _ => Dimension::ENERGY,
+        "step" | "controlling_element" | "deleted_elements" | "energy_error" => Dimension::NUMBER,
+        "max_equivalent_plastic_strain" | "min_jacobian" | "kinetic_over_internal" => Dimension::NUMBER,
+        "plastic_dissipation" | "external_work" | "heat" => Dimension::ENERGY,
+        energy if is_column(energy) && energy.ends_with("_energy") => Dimension::ENERGY,
+        _ => return None,
     })
 }
 
@@ -203,5 +197,19 @@ impl History {
         self.writer.write_row(&row).map_err(Failure::writing(&self.path))?;
         self.row_count += 1;
         Ok(extremes.min_jacobian)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_column_that_is_no_probe_has_its_dimension() {
+        let extras = Extra::ALL.iter().flat_map(|extra| extra.columns());
+        for column in COLUMNS.iter().chain(extras) {
+            assert!(dimension(column).is_some(), "{column}");
+        }
+        assert_eq!(dimension("my_energy"), None);
     }
 }
