@@ -5,12 +5,13 @@
 
 mod common;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use common::{DECK, Workshop};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpStream};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// `estar view` of a directory of a workshop, ended with the test.
@@ -134,7 +135,7 @@ fn the_page_tells_what_a_run_has_written() {
     let described = head(&newest);
     assert_eq!((&described["frame"], &described["faces"], &described["vertices"]), (&4.into(), &24.into(), &26.into()));
     assert_eq!((&described["unit"], described["range"][0].as_f64().unwrap().round()), (&"m/s".into(), 1.0));
-    assert_eq!(head(&viewer.get("/surface?frame=0&field=displacement"))["range"], serde_json::json!([0.0, 0.0]));
+    assert_eq!(head(&viewer.get("/surface?frame=0&field=displacement"))["range"], json!([0.0, 0.0]));
     for missing in
         ["/surface?frame=9", "/surface?field=heat", "/surface?field=velocity&component=xx", "/surface?frame=-1"]
     {
@@ -436,80 +437,288 @@ fn a_killed_run_is_told_from_one_that_runs() {
     assert_eq!(viewer.state()["status"], expected);
 }
 
-/// The browser, if there is one.
-fn chromium() -> Option<PathBuf> {
-    let names = ["chromium", "chromium-browser", "google-chrome"];
-    let has = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
-    let found = names.into_iter().find(has).map(PathBuf::from);
-    if found.is_none() {
-        eprintln!("skipped: no Chromium is installed (apt-get install chromium)");
+/// A browser without a window, which is told what to do by its DevTools protocol: messages of JSON that end with a zero byte, to its
+/// file descriptor 3 and from its descriptor 4.
+#[cfg(unix)]
+struct Browser {
+    process: Child,
+    to: ChildStdin,
+    from: BufReader<ChildStdout>,
+    session: Option<String>,
+    count: u64,
+    /// Errors that pages have had.
+    errors: Vec<String>,
+}
+
+#[cfg(unix)]
+impl Browser {
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    /// None where no browser is installed.
+    fn start(workshop: &Workshop) -> Option<Self> {
+        let names = ["chromium", "chromium-browser", "google-chrome"];
+        let has =
+            |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
+        let Some(name) = names.into_iter().find(has) else {
+            eprintln!("skipped: no Chromium is installed (apt-get install chromium)");
+            return None;
+        };
+        let mut command = Command::new("sh");
+        command.args(["-c", "exec \"$0\" \"$@\" 3<&0 4>&1 0</dev/null 1>/dev/null", name]);
+        command.args(["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run", "--hide-scrollbars"]);
+        command.args(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]);
+        command.args(["--window-size=1400,1000", "--remote-debugging-pipe"]);
+        command.arg(format!("--user-data-dir={}", workshop.path("profile").display()));
+        let mut process = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let (to, from) = (process.stdin.take().unwrap(), BufReader::new(process.stdout.take().unwrap()));
+        Some(Self { process, to, from, session: None, count: 0, errors: Vec::new() })
     }
-    found
+
+    fn open(&mut self, port: u16) {
+        let page = self.tell("Target.createTarget", json!({ "url": "about:blank" }));
+        let attached = json!({ "targetId": page["targetId"], "flatten": true });
+        self.session = self.tell("Target.attachToTarget", attached)["sessionId"].as_str().map(str::to_owned);
+        for domain in ["Page.enable", "Runtime.enable", "Log.enable"] {
+            self.tell(domain, json!({}));
+        }
+        self.tell("Page.navigate", json!({ "url": format!("http://127.0.0.1:{port}/") }));
+    }
+
+    /// What a method answers.
+    fn tell(&mut self, method: &str, parameters: Value) -> Value {
+        self.count += 1;
+        let mut message = json!({ "id": self.count, "method": method, "params": parameters });
+        if let Some(session) = &self.session {
+            message["sessionId"] = session.as_str().into();
+        }
+        self.to.write_all(format!("{message}\0").as_bytes()).unwrap();
+        loop {
+            let mut bytes = Vec::new();
+            self.from.read_until(0, &mut bytes).unwrap();
+            assert_eq!(bytes.pop(), Some(0), "the browser has ended");
+            let answer: Value = serde_json::from_slice(&bytes).unwrap();
+            let told = &answer["params"];
+            match answer["method"].as_str() {
+                Some("Runtime.exceptionThrown") => self.errors.push(told["exceptionDetails"].to_string()),
+                Some("Log.entryAdded") if told["entry"]["level"] == "error" => {
+                    self.errors.push(told["entry"].to_string())
+                }
+                _ if answer["id"] == self.count => {
+                    assert!(answer["error"].is_null(), "{method}: {answer}");
+                    return answer["result"].clone();
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn value(&mut self, expression: &str) -> Value {
+        let told = self.tell("Runtime.evaluate", json!({ "expression": expression, "returnByValue": true }));
+        assert!(told["exceptionDetails"].is_null(), "{expression}: {told}");
+        told["result"]["value"].clone()
+    }
+
+    /// Waits until an expression is true of the page.
+    #[track_caller]
+    fn wait_until(&mut self, expression: &str) {
+        let begin = Instant::now();
+        while self.value(expression) != true {
+            let seen = self.value("document.body.innerText");
+            assert!(begin.elapsed() < Self::PATIENCE, "never {expression}\n{:?}\n{seen}", self.errors.last());
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        // what was asked for is drawn with the next picture
+        self.tell(
+            "Runtime.evaluate",
+            json!({
+                "expression": "new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))",
+                "awaitPromise": true,
+            }),
+        );
+    }
+
+    fn text(&mut self) -> String {
+        self.value("document.body.innerText").as_str().unwrap().to_owned()
+    }
+
+    fn mouse(&mut self, kind: &str, at: [f64; 2], more: Value) {
+        let mut event =
+            json!({ "type": kind, "x": at[0], "y": at[1], "button": "left", "buttons": 1, "clickCount": 1 });
+        event.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        self.tell("Input.dispatchMouseEvent", event);
+    }
+
+    fn drag(&mut self, from: [f64; 2], by: [f64; 2], more: &Value) {
+        let to = [from[0] + by[0], from[1] + by[1]];
+        self.mouse("mousePressed", from, more.clone());
+        self.mouse("mouseMoved", to, more.clone());
+        self.mouse("mouseReleased", to, more.clone());
+        self.wait_until("true");
+    }
+
+    fn press(&mut self, key: &str) {
+        self.tell("Input.dispatchKeyEvent", json!({ "type": "keyDown", "key": key, "text": key }));
+        self.tell("Input.dispatchKeyEvent", json!({ "type": "keyUp", "key": key }));
+        self.wait_until("true");
+    }
+
+    /// The picture of an element.
+    fn picture(&mut self, id: &str) -> Picture {
+        let place = self.value(&format!(
+            "(({{x, y, width, height}}) => ({{x, y, width, height, scale: 1}}))(document.getElementById('{id}').getBoundingClientRect())"
+        ));
+        let picture = self.tell("Page.captureScreenshot", json!({ "format": "png", "clip": place }));
+        Picture::of(&STANDARD.decode(picture["data"].as_str().unwrap()).unwrap())
+    }
 }
 
-/// What the browser prints when it has shown a page for some seconds.
-fn browse(chromium: &Path, profile: &Path, arguments: &[&str], port: u16) -> String {
-    let mut command = Command::new(chromium);
-    command.args(["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run", "--disable-extensions"]);
-    command.args(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"]);
-    command.args(["--window-size=1400,1000", "--virtual-time-budget=6000"]).args(arguments);
-    command.arg(format!("--user-data-dir={}", profile.display())).arg(format!("http://127.0.0.1:{port}/"));
-    let output = command.stdin(Stdio::null()).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
+#[cfg(unix)]
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
 }
 
-/// Width, and pixels of three parts, of a picture.
-fn pixels(path: &Path) -> (usize, Vec<[u8; 3]>) {
-    let mut reader = png::Decoder::new(std::fs::File::open(path).unwrap()).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size()];
-    let info = reader.next_frame(&mut bytes).unwrap();
-    let parts = info.color_type.samples();
-    assert!(parts >= 3, "{:?}", info.color_type);
-    let pixels = bytes[..info.buffer_size()].chunks_exact(parts).map(|pixel| [pixel[0], pixel[1], pixel[2]]);
-    (info.width as usize, pixels.collect())
+#[cfg(unix)]
+#[derive(PartialEq)]
+struct Picture {
+    width: usize,
+    pixels: Vec<[u8; 3]>,
+}
+
+#[cfg(unix)]
+impl Picture {
+    fn of(png: &[u8]) -> Self {
+        let mut reader = png::Decoder::new(png).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size()];
+        let info = reader.next_frame(&mut bytes).unwrap();
+        let parts = info.color_type.samples();
+        assert!(parts >= 3, "{:?}", info.color_type);
+        let pixels = bytes[..info.buffer_size()].chunks_exact(parts).map(|pixel| [pixel[0], pixel[1], pixel[2]]);
+        Self { width: info.width as usize, pixels: pixels.collect() }
+    }
+
+    /// Number of pixels of a kind, and where their middle is.
+    fn share(&self, is_such: impl Fn([u8; 3]) -> bool) -> (usize, [f64; 2]) {
+        let (mut count, mut sum) = (0, [0.0; 2]);
+        for (index, _) in self.pixels.iter().enumerate().filter(|(_, pixel)| is_such(**pixel)) {
+            count += 1;
+            sum = [sum[0] + (index % self.width) as f64, sum[1] + (index / self.width) as f64];
+        }
+        (count, sum.map(|sum| sum / f64::max(count as f64, 1.0)))
+    }
+
+    /// The body of one value: the red in the middle of the colours, in light and in shade.
+    fn body(&self) -> (usize, [f64; 2]) {
+        self.share(|[red, green, blue]| red > 110 && green < 150 && blue < 110)
+    }
 }
 
 #[test]
-fn chromium_shows_progress_curves_and_the_body() {
-    let Some(chromium) = chromium() else { return };
+#[cfg(unix)]
+fn chromium_shows_progress_curves_and_a_body_that_turns_with_the_mouse() {
     let workshop = Workshop::new();
+    let Some(mut browser) = Browser::start(&workshop) else { return };
     run_box(&workshop);
     let viewer = Viewer::of(&workshop, "deck");
-    let profile = workshop.path("profile");
-    let page = browse(&chromium, &profile, &["--dump-dom"], viewer.port);
+    browser.open(viewer.port);
+    browser.wait_until("document.getElementById('scene')?.dataset.frame === '4'");
+    let text = browser.text();
+    let hash = workshop.summary()["state_hash"].as_str().unwrap().to_owned();
     for part in [
         // the title is words and no markup
-        "A box &lt;b&gt;flies&lt;/b&gt; &amp; lands",
+        "A box <b>flies</b> & lands",
         "finished",
         "100.0 %",
         "energy error",
         "0.02 of 0.02 s",
         "kinetic energy",
-        "aria-label=\"energy over time\"",
-        "aria-label=\"place over time\"",
         "expected of",
         "5 of 5",
         "equivalent plastic strain",
+        &hash,
     ] {
-        assert!(page.contains(part), "no {part:?} in\n{page}");
+        assert!(text.contains(part), "no {part:?} in\n{text}");
     }
-    assert!(page.contains(workshop.summary()["state_hash"].as_str().unwrap()));
+    browser.wait_until("document.querySelector('[aria-label=\"place over time\"]') !== null");
+    // lines in the blue of the first curve
+    let is_blue = |[red, green, blue]: [u8; 3]| blue > 150 && red < 60 && (90..150).contains(&green);
+    let curves = browser.picture("curves").share(is_blue).0;
+    assert!(curves > 200, "{curves} pixels of curves");
 
-    let picture = workshop.path("page.png");
-    browse(&chromium, &profile, &[&format!("--screenshot={}", picture.display())], viewer.port);
-    let (width, pixels) = pixels(&picture);
-    let count = |is_such: &dyn Fn(&[u8; 3]) -> bool, from: usize, to: usize| {
-        let rows = pixels.chunks_exact(width);
-        rows.map(|row| row[from..to].iter().filter(|pixel| is_such(pixel)).count()).sum::<usize>()
+    let iso = browser.picture("scene");
+    let (size, middle) = iso.body();
+    assert!(size > 20_000, "{size} pixels of a body");
+    let pressed = "document.querySelector('[data-view][aria-pressed=true]')?.dataset.view ?? ''";
+    assert_eq!(browser.value(pressed), "iso");
+    let place = browser.value("(({x, y}) => [x, y])(document.getElementById('scene').getBoundingClientRect())");
+    let at = [place[0].as_f64().unwrap() + middle[0], place[1].as_f64().unwrap() + middle[1]];
+    browser.drag(at, [80.0, 40.0], &json!({}));
+    assert!(browser.picture("scene") != iso, "it has not turned");
+    assert_eq!(browser.value(pressed), "");
+    // back by the keyboard
+    browser.value("document.getElementById('scene').focus()");
+    browser.press("x");
+    assert_eq!(browser.value(pressed), "x");
+    browser.press("i");
+    assert_eq!(browser.value(pressed), "iso");
+    browser.value("document.getElementById('scene').blur()");
+    browser.wait_until("true");
+    assert!(browser.picture("scene") == iso, "it is not back");
+    // the wheel zooms, shift and the right button move
+    browser.mouse("mouseWheel", at, json!({ "deltaX": 0, "deltaY": 150, "buttons": 0, "button": "none" }));
+    browser.wait_until("true");
+    let (smaller, before) = browser.picture("scene").body();
+    assert!((smaller as f64) < 0.7 * size as f64, "{size} {smaller}");
+    browser.drag(at, [30.0, 20.0], &json!({ "modifiers": 8 }));
+    browser.drag(at, [30.0, 20.0], &json!({ "button": "right", "buttons": 2 }));
+    let (same, after) = browser.picture("scene").body();
+    assert!(same.abs_diff(smaller) < smaller / 50, "{smaller} {same}");
+    let by = [after[0] - before[0], after[1] - before[1]];
+    assert!((by[0] - 60.0).abs() < 3.0 && (by[1] - 40.0).abs() < 3.0, "{by:?}");
+
+    // another field and an earlier frame
+    let choose = |id: &str, value: &str, event: &str| {
+        format!(
+            "{{ const at = document.getElementById('{id}'); at.value = '{value}'; at.dispatchEvent(new Event('{event}')) }}"
+        )
     };
-    // the strain of the box is zero: all its faces have the colour in the middle, a red that nothing else of the page's left half
-    // is drawn in over such an area
-    let is_body = |pixel: &[u8; 3]| pixel[0] > 150 && pixel[1] < 150 && pixel[2] < 110;
-    let body = count(&is_body, 0, width / 2);
-    assert!(body > 20_000, "{body} pixels of a body");
-    // and lines in the blue of the first curve at the right
-    let is_curve = |pixel: &[u8; 3]| pixel[2] > 150 && pixel[0] < 60 && (90..150).contains(&pixel[1]);
-    let curve = count(&is_curve, width / 2, width);
-    assert!(curve > 200, "{curve} pixels of curves");
+    browser.value(&choose("field", "velocity", "change"));
+    browser.wait_until("document.getElementById('quantity').innerText === 'velocity [m/s]'");
+    browser.value(&choose("component", "x", "change"));
+    browser.wait_until("document.getElementById('quantity').innerText === 'velocity x [m/s]'");
+    browser.value(&choose("frame", "1", "input"));
+    browser.wait_until("document.getElementById('scene').dataset.frame === '1'");
+    assert!(browser.text().contains("2 of 5"));
+
+    let ground = "getComputedStyle(document.body).backgroundColor.match(/\\d+/g).map(Number)[0]";
+    assert!(browser.value(ground).as_u64().unwrap() > 200);
+    let dark = json!({ "features": [{ "name": "prefers-color-scheme", "value": "dark" }] });
+    browser.tell("Emulation.setEmulatedMedia", dark);
+    assert!(browser.value(ground).as_u64().unwrap() < 50);
+    assert_eq!(browser.errors, Vec::<String>::new());
+}
+
+#[test]
+#[cfg(unix)]
+fn chromium_follows_a_watched_run_to_its_end() {
+    let workshop = Workshop::new();
+    let Some(mut browser) = Browser::start(&workshop) else { return };
+    workshop.write("deck.toml", &long_deck(&workshop));
+    let mut process = workshop.start(&["run", "deck.toml", "--watch", "--set", "time.end=\"3 s\""]);
+    let mut errors = BufReader::new(process.stderr.take().unwrap());
+    let mut line = String::new();
+    errors.read_line(&mut line).unwrap();
+    browser.open(port_in(&line));
+    browser.wait_until("document.getElementById('status')?.innerText === 'running'");
+    browser.wait_until("document.getElementById('scene').dataset.frame !== undefined");
+    browser.wait_until("document.getElementById('status').innerText === 'finished'");
+    assert!(process.wait().unwrap().success());
+    browser.wait_until("document.getElementById('notes').innerText.includes('has ended')");
+    let text = browser.text();
+    for part in ["finished at t = 3 s", "5 of 5", "100.0 %", "What is shown stays"] {
+        assert!(text.contains(part), "no {part:?} in\n{text}");
+    }
+    assert!(browser.picture("scene").body().0 > 20_000);
 }

@@ -188,6 +188,11 @@ fn parse(bytes: &[u8], hosts: &[String]) -> Result<Option<Request>, Response> {
         return Err(malformed("the address has signs that none of this page has"));
     }
     let pair = |piece: &str| piece.split_once('=').map(|(name, value)| (name.to_owned(), value.to_owned()));
+    // browsers say whose page asks; one of another site may lead here, but is given no work to do
+    let is_of_others = |site: &&[u8]| !matches!(site.trim_ascii(), b"same-origin" | b"none");
+    if path != "/" && values("Sec-Fetch-Site").iter().any(is_of_others) {
+        return Err(Response::refusal("403 Forbidden", "this is asked for by another page"));
+    }
     let query: Option<Vec<_>> = query.split('&').filter(|piece| !piece.is_empty()).map(pair).collect();
     let query = query.ok_or_else(|| malformed("the address asks without a value"))?;
     Ok(Some(Request { is_head, path: path.to_owned(), query }))
@@ -214,6 +219,9 @@ mod tests {
             ("/body", Some("velocity"), false)
         );
         assert_eq!(request.value("frame"), None);
+        for site in ["/ HTTP/1.1\r\nSec-Fetch-Site: cross-site", "/page.js HTTP/1.1\r\nSec-Fetch-Site: same-origin"] {
+            assert!(asked(&format!("GET {site}\r\nHost: localhost:8000\r\n\r\n")).unwrap().is_some(), "{site}");
+        }
         assert!(asked("HEAD / HTTP/1.1\r\nHost: 127.0.0.1:8000\r\n\r\n").unwrap().unwrap().is_head);
     }
 
@@ -226,6 +234,8 @@ mod tests {
             ("GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".to_owned(), "403"),
             ("GET / HTTP/1.1\r\n\r\n".to_owned(), "400"),
             (format!("GET / HTTP/1.1\r\n{host}{host}\r\n"), "400"),
+            (format!("GET /surface HTTP/1.1\r\n{host}Sec-Fetch-Site: cross-site\r\n\r\n"), "403"),
+            (format!("GET /surface HTTP/1.1\r\n{host}Sec-Fetch-Site: same-site\r\n\r\n"), "403"),
             (format!("POST / HTTP/1.1\r\n{host}\r\n"), "405"),
             (format!("get / HTTP/1.1\r\n{host}\r\n"), "405"),
             (format!("GET / HTTP/1.1\r\n{host}Content-Length: 7\r\n\r\n"), "400"),

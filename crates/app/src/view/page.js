@@ -123,7 +123,7 @@ function showProgress(progress, summary) {
     if (state.status === "running") figures.push(["left", duration(progress.seconds_left)]);
     figures.push(
       ["took", duration(progress.wall_seconds)],
-      ["energy error", `${(100 * progress.energy_error).toFixed(3)} %`],
+      ["energy error", `${short(100 * progress.energy_error)} %`],
       ["element steps/s", prefixed(summary?.element_steps_per_second ?? progress.element_steps_per_second)],
       ["kinetic energy", `${short(progress.kinetic_energy)} J`],
       ["internal energy", `${short(progress.internal_energy)} J`],
@@ -163,7 +163,7 @@ function showResult(summary) {
   const content = [element("h2", "Result")];
   const seen = `${state.status} at t = ${short(summary.time)} s after ${count(summary.steps)} steps in ${duration(summary.wall_seconds)}`;
   const extremes = summary.extremes ?? {};
-  content.push(element("p", `${seen}; largest plastic strain ${short(extremes.max_equivalent_plastic_strain)}, smallest Jacobian ${short(extremes.min_jacobian)}, energy error ${(100 * summary.energy_error).toFixed(4)} %.`));
+  content.push(element("p", `${seen}; largest plastic strain ${short(extremes.max_equivalent_plastic_strain)}, smallest Jacobian ${short(extremes.min_jacobian)}, energy error ${short(100 * summary.energy_error)} %.`));
   if (summary.message) content.push(element("pre", summary.message, state.status === "failed" ? "bad" : ""));
   const expectations = summary.expectations ?? [];
   if (expectations.length > 0) {

@@ -152,7 +152,10 @@ impl Shared {
         const JSON: &str = "application/json";
         let part = |kind: &'static str, text: &str| Response::found(kind, text.as_bytes());
         match request.path.as_str() {
-            "/" => part(HTML, include_str!("page.html")),
+            "/" => {
+                self.note(false);
+                part(HTML, include_str!("page.html"))
+            }
             "/page.css" => part(CSS, include_str!("page.css")),
             "/page.js" => part(SCRIPT, include_str!("page.js")),
             "/body.js" => part(SCRIPT, include_str!("body.js")),
@@ -160,9 +163,7 @@ impl Shared {
             "/icon.svg" => part("image/svg+xml", include_str!("icon.svg")),
             "/state.json" => {
                 let state = self.results.state();
-                let mut asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
-                *asked = Asked { at: Some(Instant::now()), knows_end: state.has_ended() };
-                drop(asked);
+                self.note(state.has_ended());
                 Response::found(JSON, state.json())
             }
             "/history.json" => Response::found(JSON, self.results.history()),
@@ -172,6 +173,12 @@ impl Shared {
             },
             _ => Response::refusal("404 Not Found", "the page has no such part"),
         }
+    }
+
+    /// That a page is open, and whether it has been told the end.
+    fn note(&self, knows_end: bool) {
+        let mut asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
+        *asked = Asked { at: Some(Instant::now()), knows_end };
     }
 
     fn surface(&self, request: &Request) -> Result<Arc<[u8]>, String> {
