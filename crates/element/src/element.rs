@@ -26,6 +26,15 @@ pub struct ElementMotion<R, const NODES: usize> {
     pub corner_mass: R,
 }
 
+impl<R: Real, const NODES: usize> ElementMotion<R, NODES> {
+    /// Nodes at the origin, at rest and without mass: to be filled in.
+    #[inline(always)]
+    pub fn at_the_origin() -> Self {
+        let zero = [Vector3::zero(); NODES];
+        Self { reference: zero, position: zero, velocity: zero, corner_mass: R::splat(0.0) }
+    }
+}
+
 /// What a step gives.
 #[derive(Clone, Copy, Debug)]
 pub struct ElementUpdate<R, const NODES: usize> {

@@ -3,7 +3,8 @@
 
 use crate::assembly::RowLists;
 use crate::patch::{PATCH, Patches};
-use crate::solid_block::{MOST_LANES, NodalMotion, gather};
+use crate::patch_rows::PatchRows;
+use crate::solid_block::{MOST_LANES, NodalMotion};
 use estar_element::element::{ElementHistory, ElementMotion, Neighbourhood};
 use estar_element::tet4::{self, NODES, mean_stress_forces, volumes};
 use estar_tensor::{Kernel, Real, Vector3};
@@ -37,15 +38,15 @@ impl<'a, H, R> Packs<'a, H, R> {
 
 /// What is done with every element.
 #[derive(Clone, Copy)]
-enum Task<'a> {
+enum Task {
     /// Adds V, v, v at mid-step and its change to the rows.
     AddVolumes { time_step: f64 },
     /// Takes J̄ and Δt θ̄ from the averages of the nodes.
-    TakeVolumes { nodes: &'a [[f64; 3]] },
+    TakeVolumes,
     /// Adds v σ and v to the rows.
     AddStresses,
     /// Takes σ̄ from the averages of the nodes and its forces from the rows.
-    TakeStresses { nodes: &'a [[f64; 3]] },
+    TakeStresses,
 }
 
 impl NodalAverages {
@@ -65,14 +66,14 @@ impl NodalAverages {
         motion: NodalMotion<'_>,
         time_step: f64,
     ) {
-        packs.visit(motion, Task::AddVolumes { time_step }, &mut self.rows);
+        packs.visit(motion, Task::AddVolumes { time_step }, &self.nodes, &mut self.rows);
         let (rows, lists) = (&self.rows, &self.lists);
         self.nodes.par_iter_mut().with_min_len(PATCH).enumerate().for_each(|(node, average)| {
             let [reference, now, half, change] = lists.sums(rows, node);
             *average =
                 if reference > 0.0 { [(now / reference).sqrt().sqrt(), change / half, 0.0] } else { [1.0, 0.0, 0.0] };
         });
-        packs.visit(motion, Task::TakeVolumes { nodes: &self.nodes }, &mut self.rows);
+        packs.visit(motion, Task::TakeVolumes, &self.nodes, &mut self.rows);
     }
 
     /// Adds the forces of the mean stress of every neighbourhood to those of the patches.
@@ -82,13 +83,13 @@ impl NodalAverages {
         motion: NodalMotion<'_>,
         patch_forces: &mut [[f64; 4]],
     ) {
-        packs.visit(motion, Task::AddStresses, &mut self.rows);
+        packs.visit(motion, Task::AddStresses, &self.nodes, &mut self.rows);
         let (rows, lists) = (&self.rows, &self.lists);
         self.nodes.par_iter_mut().with_min_len(PATCH).enumerate().for_each(|(node, average)| {
             let [weighted, volume, ..] = lists.sums(rows, node);
             average[2] = if volume > 0.0 { weighted / volume } else { 0.0 };
         });
-        packs.visit(motion, Task::TakeStresses { nodes: &self.nodes }, patch_forces);
+        packs.visit(motion, Task::TakeStresses, &self.nodes, patch_forces);
     }
 
     /// Bytes that a step reads and writes.
@@ -98,7 +99,7 @@ impl NodalAverages {
 }
 
 impl<H, R: Real> Packs<'_, H, R> {
-    fn visit<S>(&mut self, motion: NodalMotion<'_>, task: Task<'_>, rows: &mut [[f64; 4]])
+    fn visit<S>(&mut self, motion: NodalMotion<'_>, task: Task, averages: &[[f64; 3]], rows: &mut [[f64; 4]])
     where
         H: ElementHistory<R, S>,
     {
@@ -113,16 +114,17 @@ impl<H, R: Real> Packs<'_, H, R> {
             .enumerate();
         work.for_each(|(patch, ((history, corners), rows))| {
             let nodes = patches.nodes(patch);
-            R::vectorize(PatchTask {
-                task,
-                motion,
-                history,
-                element_count: (element_count - patch * PATCH).min(PATCH),
-                nodes,
-                corners,
-                pack_corners,
-                rows: &mut rows[..nodes.len()],
-                numbers: PhantomData::<(R, S)>,
+            PatchRows::of_motion_and(nodes, motion, averages, |of_nodes| {
+                R::vectorize(PatchTask {
+                    task,
+                    of_nodes,
+                    history,
+                    element_count: (element_count - patch * PATCH).min(PATCH),
+                    corners,
+                    pack_corners,
+                    rows: &mut rows[..nodes.len()],
+                    numbers: PhantomData::<(R, S)>,
+                });
             });
         });
     }
@@ -130,11 +132,10 @@ impl<H, R: Real> Packs<'_, H, R> {
 
 /// The work of one thread at a time.
 struct PatchTask<'a, H, R, S> {
-    task: Task<'a>,
-    motion: NodalMotion<'a>,
+    task: Task,
+    of_nodes: PatchRows<'a, 4>,
     history: &'a mut [H],
     element_count: usize,
-    nodes: &'a [u32],
     corners: &'a [u16],
     pack_corners: usize,
     rows: &'a mut [[f64; 4]],
@@ -146,39 +147,22 @@ impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { task, motion: field, history, element_count, nodes: of_patch, corners, pack_corners, rows, .. } =
-            self;
+        let Self { task, of_nodes, history, element_count, corners, pack_corners, rows, .. } = self;
         if matches!(task, Task::AddVolumes { .. } | Task::AddStresses) {
             rows.fill([0.0; 4]);
         }
         let zero = R::splat(0.0);
-        let mut nodes = [[0; MOST_LANES]; NODES];
-        let nodes = &mut nodes.as_flattened_mut()[..NODES * R::LANES];
+        let mut motion = ElementMotion::at_the_origin();
+        let mut averages = [Vector3::zero(); NODES];
         let mut of_lanes = [[0.0; MOST_LANES]; 4];
         let mut force_lanes = [[[0.0; MOST_LANES]; 3]; NODES];
-        let corner = [Vector3::zero(); NODES];
-        let mut motion = ElementMotion { reference: corner, position: corner, velocity: corner, corner_mass: zero };
-        let mut averages = corner;
         for (pack, (history, corners)) in history.iter_mut().zip(corners.chunks_exact(pack_corners)).enumerate() {
-            for (node, &corner) in nodes.iter_mut().zip(corners) {
-                *node = of_patch[corner as usize];
-            }
             let is_deleted = history.stable_time_step().ge(R::splat(f64::INFINITY));
             let Some(shared) = history.neighbourhood() else { continue };
-            if let Task::TakeVolumes { nodes: of_nodes } | Task::TakeStresses { nodes: of_nodes } = task {
-                gather(&mut averages, of_nodes, nodes);
-            }
-            if !matches!(task, Task::TakeVolumes { .. }) {
-                gather(&mut motion.reference, field.reference, nodes);
-                gather(&mut motion.position, field.displacement, nodes);
-                for (position, reference) in motion.position.iter_mut().zip(&motion.reference) {
-                    *position = *reference + *position;
-                }
-            }
+            of_nodes.motion(corners, &mut motion, |corner, rows| averages[corner] = Vector3(rows[3]));
             let lane_count = R::LANES.min(element_count - pack * R::LANES);
             let added = match task {
                 Task::AddVolumes { time_step } => {
-                    gather(&mut motion.velocity, field.velocity, nodes);
                     let volumes = volumes(&motion, time_step);
                     [volumes.reference, volumes.now, volumes.half, volumes.change]
                 }
@@ -186,11 +170,11 @@ impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
                     let volume = tet4::volume(&motion.position);
                     [shared.mean_stress * volume, volume, zero, zero]
                 }
-                Task::TakeVolumes { .. } => {
+                Task::TakeVolumes => {
                     take_volumes(shared, &averages);
                     continue;
                 }
-                Task::TakeStresses { .. } => {
+                Task::TakeStresses => {
                     let [a, b, c, d] = &averages;
                     let (a, b, c, d) = (a.0[2], b.0[2], c.0[2], d.0[2]);
                     let mean_stress = R::select(is_deleted, zero, ((a + b) + (c + d)) * 0.25);

@@ -18,6 +18,7 @@ mod mass_scaling;
 mod memory;
 pub mod model;
 mod patch;
+mod patch_rows;
 mod rigid_wall;
 mod simulation;
 mod solid_block;

@@ -2,10 +2,11 @@
 //! this is compiled once for each element and not for each material.
 
 use crate::patch::{PATCH, Patches};
-use crate::solid_block::{MOST_LANES, NodalMotion, gather, rest, subtract};
+use crate::patch_rows::PatchRows;
+use crate::solid_block::{MOST_LANES, NodalMotion, rest, subtract};
 use estar_element::element::{Element, ElementMotion, ElementStep, Tangent};
 use estar_material::IsotropicElasticity;
-use estar_tensor::{Kernel, Real, Vector3};
+use estar_tensor::{Kernel, Real};
 use rayon::prelude::*;
 
 /// A pack of elements in linear motion.
@@ -38,8 +39,10 @@ impl<E: Element<NODES>, const NODES: usize> Linear<'_, E, NODES> {
         let corners = patches.corners().par_chunks(packs * NODES * R::LANES);
         let work = linear.par_chunks_mut(packs).zip(corners).zip(corner_mass.par_chunks(packs)).enumerate();
         work.for_each(|(patch, ((linear, corners), corner_mass))| {
-            let places = Places { motion, nodes: patches.nodes(patch), corners };
-            R::vectorize(TangentKernel { element, elasticity, places, step, corner_mass, linear });
+            PatchRows::of_motion(patches.nodes(patch), motion, |rows| {
+                let places = Places { rows, corners };
+                R::vectorize(TangentKernel { element, elasticity, places, step, corner_mass, linear });
+            });
         });
     }
 
@@ -61,16 +64,17 @@ impl<E: Element<NODES>, const NODES: usize> Linear<'_, E, NODES> {
             .enumerate();
         work.for_each(|(patch, (((forces, members), corners), linear))| {
             let nodes = patches.nodes(patch);
-            let (places, forces) = (Places { motion, nodes, corners }, &mut forces[..nodes.len()]);
-            R::vectorize(LinearKernel { element, elasticity, places, count: members.len(), linear, forces });
+            PatchRows::of_motion(nodes, motion, |rows| {
+                let (places, forces) = (Places { rows, corners }, &mut forces[..nodes.len()]);
+                R::vectorize(LinearKernel { element, elasticity, places, count: members.len(), linear, forces });
+            });
         });
     }
 }
 
 /// Where the nodes of a patch are and how they move.
 struct Places<'a, const NODES: usize> {
-    motion: NodalMotion<'a>,
-    nodes: &'a [u32],
+    rows: PatchRows<'a, 3>,
     corners: &'a [u16],
 }
 
@@ -79,19 +83,8 @@ impl<const NODES: usize> Places<'_, NODES> {
     #[inline(always)]
     fn motion<R: Real>(&self, pack: usize, stable_time_step: R, corner_mass: R) -> ElementMotion<R, NODES> {
         let count = NODES * R::LANES;
-        let mut nodes = [[0; MOST_LANES]; NODES];
-        let nodes = nodes.as_flattened_mut();
-        for (node, &corner) in nodes.iter_mut().zip(&self.corners[pack * count..(pack + 1) * count]) {
-            *node = self.nodes[corner as usize];
-        }
-        let (nodes, corner) = (&nodes[..count], [Vector3::zero(); NODES]);
-        let mut motion = ElementMotion { reference: corner, position: corner, velocity: corner, corner_mass };
-        gather(&mut motion.reference, self.motion.reference, nodes);
-        gather(&mut motion.position, self.motion.displacement, nodes);
-        gather(&mut motion.velocity, self.motion.velocity, nodes);
-        for (position, reference) in motion.position.iter_mut().zip(&motion.reference) {
-            *position = *reference + *position;
-        }
+        let mut motion = ElementMotion { corner_mass, ..ElementMotion::at_the_origin() };
+        self.rows.motion(&self.corners[pack * count..(pack + 1) * count], &mut motion, |_, _| ());
         rest(stable_time_step, &mut motion);
         motion
     }

@@ -5,21 +5,19 @@ use crate::fields::ElementMeans;
 use crate::linear::{Linear, LinearPack};
 use crate::model::{Formulation, Part};
 use crate::patch::{PATCH, Patches};
+use crate::patch_rows::PatchRows;
 use estar_element::element::{
     Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate, ElementVisitor, Tangent,
 };
 use estar_material::{Material, MaterialVisitor};
 use estar_mesh::Mesh;
-use estar_tensor::{Kernel, LaneLevel, Mask, Real, SymmetricTensor, Vector3, WithLanes, array, dispatch, prefetch};
+use estar_tensor::{Kernel, LaneLevel, Mask, Real, SymmetricTensor, WithLanes, array, dispatch};
 use rayon::prelude::*;
 
 /// No number has more lanes.
 pub(crate) const MOST_LANES: usize = 8;
 /// Partial sums of a patch: element e adds to the sum e mod 8 for any number of lanes.
 const SUM_SLOTS: usize = MOST_LANES;
-
-/// Nodes are fetched this many packs before their turn.
-const PACKS_AHEAD: usize = 4;
 
 /// Where the nodes are and how they move; each a vector per node.
 #[derive(Clone, Copy)]
@@ -390,22 +388,22 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> ElementBlock f
                 (((((((history, members), corners), corner_mass), forces), internal_energies), frequencies), report),
             )| {
                 let nodes = patches.nodes(patch);
-                let kernel = PatchKernel::<M, E, R, NODES> {
-                    material,
-                    element,
-                    motion,
-                    step,
-                    limits,
-                    members,
-                    history,
-                    internal_energies,
-                    frequencies,
-                    nodes,
-                    corners,
-                    corner_mass,
-                    forces: &mut forces[..nodes.len()],
-                };
-                *report = R::vectorize(kernel);
+                *report = PatchRows::of_motion(nodes, motion, |rows| {
+                    R::vectorize(PatchKernel::<M, E, R, NODES> {
+                        material,
+                        element,
+                        rows,
+                        step,
+                        limits,
+                        members,
+                        history,
+                        internal_energies,
+                        frequencies,
+                        corners,
+                        corner_mass,
+                        forces: &mut forces[..nodes.len()],
+                    })
+                });
             },
         );
         if let Some(averages) = &mut self.averages {
@@ -535,7 +533,7 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> ElementBlock f
 struct PatchKernel<'a, M: Material, E: Element<NODES>, R: Real, const NODES: usize> {
     material: &'a M,
     element: E,
-    motion: NodalMotion<'a>,
+    rows: PatchRows<'a, 3>,
     step: &'a ElementStep,
     limits: &'a StepLimits,
     members: &'a [u32],
@@ -544,7 +542,6 @@ struct PatchKernel<'a, M: Material, E: Element<NODES>, R: Real, const NODES: usi
     internal_energies: &'a mut [R],
     /// Of each pack; empty where nobody watches them.
     frequencies: &'a mut [Frequencies<R>],
-    nodes: &'a [u32],
     corners: &'a [u16],
     corner_mass: &'a [R],
     forces: &'a mut [[f64; 4]],
@@ -563,25 +560,10 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> Kernel for Pat
         let mut not_finite = None;
         let deletes = !self.internal_energies.is_empty();
         let mut deleted = Deleted { count: 0, energy: 0.0 };
-        let mut nodes = [[0; MOST_LANES]; NODES];
-        let nodes = &mut nodes.as_flattened_mut()[..SolidBlock::<M, E, R, NODES>::PACK_CORNERS];
         // forces of a pack, the corners of an element side by side
         let mut corner_forces = [[[0.0; 4]; NODES]; MOST_LANES];
         self.forces.fill([0.0; 4]);
-        let corner = [Vector3::zero(); NODES];
-        let mut motion =
-            ElementMotion { reference: corner, position: corner, velocity: corner, corner_mass: R::splat(0.0) };
-        // nodes are numbered as the elements come to them, so that a share of them a pack keeps ahead of the elements
-        let nodes_per_pack = self.nodes.len().div_ceil(self.history.len());
-        let mut nodes_ahead = self.nodes.iter();
-        let mut fetch_nodes = |count: usize| {
-            for &node in nodes_ahead.by_ref().take(count) {
-                prefetch(&self.motion.reference[node as usize]);
-                prefetch(&self.motion.displacement[node as usize]);
-                prefetch(&self.motion.velocity[node as usize]);
-            }
-        };
-        fetch_nodes(PACKS_AHEAD * nodes_per_pack);
+        let mut motion = ElementMotion::at_the_origin();
         let packs = self
             .members
             .chunks(R::LANES)
@@ -590,17 +572,8 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> Kernel for Pat
         for (pack, ((members, corners), &corner_mass)) in packs.enumerate() {
             let (now, later) = self.history[pack..].split_at_mut(1);
             let (history, upcoming) = (&mut now[0], later.first());
-            fetch_nodes(nodes_per_pack);
-            for (node, &corner) in nodes.iter_mut().zip(corners) {
-                *node = self.nodes[corner as usize];
-            }
-            gather(&mut motion.reference, self.motion.reference, nodes);
-            gather(&mut motion.position, self.motion.displacement, nodes);
-            gather(&mut motion.velocity, self.motion.velocity, nodes);
             motion.corner_mass = corner_mass;
-            for (position, reference) in motion.position.iter_mut().zip(&motion.reference) {
-                *position = *reference + *position;
-            }
+            self.rows.motion(corners, &mut motion, |_, _| ());
             let zero = R::splat(0.0);
             let mut is_deleted = zero.lt(zero);
             if deletes {
@@ -826,13 +799,5 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> Kernel for Mea
                 places().for_each(|(lane, place)| field[place] = lanes[lane]);
             }
         }
-    }
-}
-
-/// Fills in the vectors of a field at the corners of the elements of a pack.
-#[inline(always)]
-pub(crate) fn gather<R: Real>(corners: &mut [Vector3<R>], field: &[[f64; 3]], nodes: &[u32]) {
-    for (corner, nodes) in corners.iter_mut().zip(nodes.chunks_exact(R::LANES)) {
-        *corner = Vector3(R::gather(field, nodes));
     }
 }

@@ -102,7 +102,8 @@ mod x86 {
 
     use crate::array::array;
     use crate::elementary;
-    use crate::real::{Kernel, Mask, Real, gather_number_by_number};
+    use crate::inlined;
+    use crate::real::{Kernel, Mask, Real};
     use std::arch::x86_64::*;
     use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
@@ -126,15 +127,16 @@ mod x86 {
     #[repr(transparent)]
     pub struct Mask8(__mmask8);
 
-    /// The first `LANES` indices, if all are of vectors of the field before the last.
+    /// The first `LANES` indices, all of rows that are there, `fields` rows to an index.
     #[inline(always)]
-    fn before_the_last<'a, const LANES: usize>(field: &[[f64; 3]], indices: &'a [u32]) -> Option<&'a [u32; LANES]> {
-        let indices: &[u32; LANES] = indices[..LANES].try_into().ok()?;
+    fn inside<'a, const LANES: usize>(indices: &'a [u16], fields: usize, rows: &[[f64; 4]]) -> &'a [u16; LANES] {
+        let (indices, _) = indices.split_first_chunk().expect("an index for every lane");
         let mut largest = 0;
         for &index in indices {
             largest = index.max(largest);
         }
-        ((largest as usize) + 1 < field.len()).then_some(indices)
+        assert!((largest as usize + 1) * fields <= rows.len(), "rows for all indices");
+        indices
     }
 
     macro_rules! operators {
@@ -209,22 +211,26 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn gather(field: &[[f64; 3]], indices: &[u32]) -> [Self; 3] {
-            let Some(indices) = before_the_last::<4>(field, indices) else {
-                return gather_number_by_number(field, indices);
-            };
-            // SAFETY: a vector that is not the last has four numbers to read, one of them its neighbour's.
-            unsafe {
-                let row = |lane: usize| _mm256_loadu_pd(field.as_ptr().add(indices[lane] as usize).cast());
-                let (a, b, c, d) = (row(0), row(1), row(2), row(3));
-                let (xz_01, y_01) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
-                let (xz_23, y_23) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
-                [
-                    Self(_mm256_permute2f128_pd::<0x20>(xz_01, xz_23)),
-                    Self(_mm256_permute2f128_pd::<0x20>(y_01, y_23)),
-                    Self(_mm256_permute2f128_pd::<0x31>(xz_01, xz_23)),
-                ]
+        fn gather<const FIELDS: usize>(rows: &[[f64; 4]], indices: &[u16]) -> [[Self; 3]; FIELDS] {
+            let indices: &[u16; 4] = inside(indices, FIELDS, rows);
+            let mut fields = [[Self::splat(0.0); 3]; FIELDS];
+            for (field, components) in fields.iter_mut().enumerate() {
+                // SAFETY: the rows of all indices are there.
+                unsafe {
+                    let row = inlined!(|lane: usize| {
+                        _mm256_loadu_pd(rows.as_ptr().add(indices[lane] as usize * FIELDS + field).cast())
+                    });
+                    let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+                    let (xz_01, y_01) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+                    let (xz_23, y_23) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+                    *components = [
+                        Self(_mm256_permute2f128_pd::<0x20>(xz_01, xz_23)),
+                        Self(_mm256_permute2f128_pd::<0x20>(y_01, y_23)),
+                        Self(_mm256_permute2f128_pd::<0x31>(xz_01, xz_23)),
+                    ];
+                }
             }
+            fields
         }
 
         #[inline(always)]
@@ -379,24 +385,28 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn gather(field: &[[f64; 3]], indices: &[u32]) -> [Self; 3] {
-            let Some(indices) = before_the_last::<8>(field, indices) else {
-                return gather_number_by_number(field, indices);
-            };
-            // SAFETY: a vector that is not the last has four numbers to read, one of them its neighbour's.
-            unsafe {
-                let row = |lane: usize| _mm256_loadu_pd(field.as_ptr().add(indices[lane] as usize).cast());
-                let rows = |a: __m256d, b: __m256d| _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(a), b);
-                let (a, b) = (rows(row(0), row(2)), rows(row(1), row(3)));
-                let (c, d) = (rows(row(4), row(6)), rows(row(5), row(7)));
-                let (xz_0123, y_0123) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
-                let (xz_4567, y_4567) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
-                [
-                    Self(_mm512_shuffle_f64x2::<0b10_00_10_00>(xz_0123, xz_4567)),
-                    Self(_mm512_shuffle_f64x2::<0b10_00_10_00>(y_0123, y_4567)),
-                    Self(_mm512_shuffle_f64x2::<0b11_01_11_01>(xz_0123, xz_4567)),
-                ]
+        fn gather<const FIELDS: usize>(rows: &[[f64; 4]], indices: &[u16]) -> [[Self; 3]; FIELDS] {
+            let indices: &[u16; 8] = inside(indices, FIELDS, rows);
+            let mut fields = [[Self::splat(0.0); 3]; FIELDS];
+            for (field, components) in fields.iter_mut().enumerate() {
+                // SAFETY: the rows of all indices are there.
+                unsafe {
+                    let row = inlined!(|lane: usize| {
+                        _mm256_loadu_pd(rows.as_ptr().add(indices[lane] as usize * FIELDS + field).cast())
+                    });
+                    let both = inlined!(|a: __m256d, b: __m256d| _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(a), b));
+                    let (a, b) = (both(row(0), row(2)), both(row(1), row(3)));
+                    let (c, d) = (both(row(4), row(6)), both(row(5), row(7)));
+                    let (xz_0123, y_0123) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
+                    let (xz_4567, y_4567) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
+                    *components = [
+                        Self(_mm512_shuffle_f64x2::<0b10_00_10_00>(xz_0123, xz_4567)),
+                        Self(_mm512_shuffle_f64x2::<0b10_00_10_00>(y_0123, y_4567)),
+                        Self(_mm512_shuffle_f64x2::<0b11_01_11_01>(xz_0123, xz_4567)),
+                    ];
+                }
             }
+            fields
         }
 
         #[inline(always)]

@@ -38,13 +38,19 @@ pub trait Real:
     /// `value(lane)` in each lane.
     fn from_lanes(value: impl FnMut(usize) -> f64) -> Self;
 
-    /// The components of the vectors `field[indices[lane]]`.
+    /// The first three numbers of the rows `rows[indices[lane] × FIELDS + field]`.
     ///
     /// # Panics
-    /// Fewer indices than lanes, or an index beyond the field.
+    /// Fewer indices than lanes, or an index beyond the rows.
     #[inline(always)]
-    fn gather(field: &[[f64; 3]], indices: &[u32]) -> [Self; 3] {
-        gather_number_by_number(field, indices)
+    fn gather<const FIELDS: usize>(rows: &[[f64; 4]], indices: &[u16]) -> [[Self; 3]; FIELDS] {
+        let mut fields = [[Self::splat(0.0); 3]; FIELDS];
+        for (field, components) in fields.iter_mut().enumerate() {
+            for (component, number) in components.iter_mut().enumerate() {
+                *number = Self::from_lanes(|lane| rows[indices[lane] as usize * FIELDS + field][component]);
+            }
+        }
+        fields
     }
 
     /// Writes (x, y, z, 0) of each lane of a vector to `rows[lane × stride]`.
@@ -143,13 +149,6 @@ pub trait Real:
     fn cbrt(self) -> Self {
         elementary::cbrt(self)
     }
-}
-
-/// [`Real::gather`] for numbers without instructions for it.
-#[inline(always)]
-pub(crate) fn gather_number_by_number<R: Real>(field: &[[f64; 3]], indices: &[u32]) -> [R; 3] {
-    let component = |component: usize| R::from_lanes(|lane| field[indices[lane] as usize][component]);
-    [component(0), component(1), component(2)]
 }
 
 /// One truth value a lane.

@@ -124,8 +124,8 @@ fn masks_see_every_lane() {
 }
 
 struct Moved<'a> {
-    field: &'a [[f64; 3]],
-    indices: &'a [u32],
+    rows: &'a [[f64; 4]],
+    indices: &'a [u16],
     stride: usize,
 }
 
@@ -136,12 +136,13 @@ impl<R: Real> Kernel for MovedBy<'_, R> {
 
     #[inline(always)]
     fn run(self) -> Vec<[f64; 4]> {
-        let Moved { field, indices, stride } = self.0;
-        let mut rows = vec![[7.0; 4]; stride * (indices.len() - 1) + 1];
+        let Moved { rows, indices, stride } = self.0;
+        let mut moved = vec![[7.0; 4]; stride * (indices.len() - 1) + 1];
         for (pack, indices) in indices.chunks(R::LANES).enumerate() {
-            R::scatter(R::gather(field, indices), &mut rows[pack * R::LANES * stride..], stride);
+            let [_, second]: [_; 2] = R::gather(rows, indices);
+            R::scatter(second, &mut moved[pack * R::LANES * stride..], stride);
         }
-        rows
+        moved
     }
 }
 
@@ -153,18 +154,18 @@ impl WithLanes for Moved<'_> {
     }
 }
 
-/// The last vector of a field has no neighbour to be read with it, and the rows end with the last lane's.
+/// Of two rows to an index the second is moved; rows end with the last lane's on either side.
 #[test]
-fn vectors_arrive_in_the_rows_of_their_lanes_from_anywhere_in_a_field() {
-    let field: Vec<[f64; 3]> = (0..9).map(f64::from).map(|i| [i + 0.1, i + 0.2, i + 0.3]).collect();
+fn vectors_arrive_in_the_rows_of_their_lanes_from_any_row() {
+    let rows: Vec<[f64; 4]> = (0..18).map(f64::from).map(|i| [i + 0.1, i + 0.2, i + 0.3, f64::NAN]).collect();
     for indices in [[0, 1, 2, 3, 4, 5, 6, 7], [8, 7, 6, 5, 4, 3, 2, 1], [3, 3, 8, 8, 0, 3, 0, 8]] {
         for stride in [1, 3, 8] {
             for level in LaneLevel::ALL {
-                let rows = dispatch(level, Moved { field: &field, indices: &indices, stride });
-                for (place, row) in rows.iter().enumerate() {
-                    let vector = |lane: usize| field[indices[lane] as usize];
+                let moved = dispatch(level, Moved { rows: &rows, indices: &indices, stride });
+                for (place, row) in moved.iter().enumerate() {
+                    let vector = |lane: usize| rows[2 * indices[lane] as usize + 1];
                     let expected = if place % stride == 0 {
-                        let [x, y, z] = vector(place / stride);
+                        let [x, y, z, _] = vector(place / stride);
                         [x, y, z, 0.0]
                     } else {
                         [7.0; 4]
@@ -173,5 +174,17 @@ fn vectors_arrive_in_the_rows_of_their_lanes_from_anywhere_in_a_field() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn an_index_beyond_the_rows_is_refused_at_every_level() {
+    let rows = [[0.0; 4]; 17];
+    for level in LaneLevel::ALL {
+        let moved = |last| {
+            let indices = [0, 1, 2, 3, 4, 5, 6, last];
+            std::panic::catch_unwind(|| dispatch(level, Moved { rows: &rows, indices: &indices, stride: 1 }))
+        };
+        assert!(moved(7).is_ok() && moved(8).is_err() && moved(u16::MAX).is_err(), "{level:?}");
     }
 }
