@@ -1,11 +1,12 @@
 //! The eight-node hex with one point, `hex8-one-point`: the mean gradient of the element (Flanagan & Belytschko 1981), which sees
 //! every uniform motion exactly, and hourglass control of the four motions of each direction that it does not see.
 //!
-//! In the modes c_m of a field (see [`hex8`]) the mean gradient is L̄ = (8/V) Σ_m v_m ⊗ g_m with
+//! A field is taken in its modes c_m times eight (see [`hex8`]), those of two letters over √3 besides. In these the mean gradient
+//! is L̄ = Σ_m v_m ⊗ g_m/W with
 //!
 //! ```text
-//! g_ξ  = c_η × c_ζ + ⅓ c_ξη × c_ζξ,   g_ξη = ⅓ (c_η × c_ηζ + c_ζξ × c_ξ),   and so on round ξ → η → ζ → ξ
-//! V/8  = ⅓ Σ_m g_m · c_m,             g_ξηζ = 0
+//! g_ξ  = c_η × c_ζ + c_ξη × c_ζξ,   g_ξη = c_η × c_ηζ + c_ζξ × c_ξ,   and so on round ξ → η → ζ → ξ
+//! W    = 64 V = ⅓ Σ_m g_m · c_m,    g_ξηζ = 0
 //! ```
 //!
 //! which are the integrals of cof(∂x/∂ξ) ∂N/∂ξ, exact for any trilinear hex. What remains of a motion are the hourglass rates
@@ -19,12 +20,16 @@ use crate::hex8::{
 };
 use crate::stable_time_step::{ElasticBounds, Metrics};
 use estar_material::{IsotropicElasticity, Material, Motion, PointState, StepKinematics};
-use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, prefetch};
+use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, inlined, prefetch};
 
 /// Hourglass modes.
 const HOURGLASS: usize = 4;
 /// Modes with a mean gradient: all but ξηζ.
 const LINKED: usize = 6;
+/// 1/√3.
+const PER_ROOT_3: f64 = 0.577_350_269_189_625_8;
+/// Squares of what takes a mode as scaled above back to its coefficient: ξη, ηζ, ζξ, ξηζ.
+const UNSCALED_SQUARED: [f64; HOURGLASS] = [3.0 / 64.0, 3.0 / 64.0, 3.0 / 64.0, 1.0 / 64.0];
 
 /// What resists the motions that one point does not see.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +57,7 @@ pub struct OnePointHistory<State, R> {
     pub states: [State; 1],
     /// Rotation R_n.
     pub rotations: [Rotation<R>; 1],
-    /// Q̂ at t_n, N, of ξη, ηζ, ζξ, ξηζ.
+    /// Q̂ at t_n, N, of ξη, ηζ, ζξ, ξηζ as scaled above.
     pub hourglass_forces: [Vector3<R>; HOURGLASS],
     /// Stable time step at t_n, s.
     pub stable_time_step: R,
@@ -109,44 +114,83 @@ impl<R: Real, S: PointState<R>> ElementHistory<R, S> for OnePointHistory<S, R> {
 #[derive(Clone, Copy)]
 struct MeanOperator<R> {
     vectors: [Vector3<R>; LINKED],
-    /// V/8.
-    eighth: R,
-    /// 8/V.
-    per_eighth: R,
+    /// W = 64 V.
+    weight: R,
+    /// 1/W.
+    per_weight: R,
 }
 
 impl<R: Real> MeanOperator<R> {
     #[inline(always)]
     fn new(modes: &Modes<R>) -> Self {
         let [xi, eta, zeta, xi_eta, eta_zeta, zeta_xi, _] = *modes;
-        let third = R::splat(1.0 / 3.0);
         let vectors = [
-            xi_eta.cross(zeta_xi).mul_add(third, eta.cross(zeta)),
-            eta_zeta.cross(xi_eta).mul_add(third, zeta.cross(xi)),
-            zeta_xi.cross(eta_zeta).mul_add(third, xi.cross(eta)),
-            (eta.cross(eta_zeta) + zeta_xi.cross(xi)) * third,
-            (zeta.cross(zeta_xi) + xi_eta.cross(eta)) * third,
-            (xi.cross(xi_eta) + eta_zeta.cross(zeta)) * third,
+            two_crosses(eta, zeta, xi_eta, zeta_xi),
+            two_crosses(zeta, xi, eta_zeta, xi_eta),
+            two_crosses(xi, eta, zeta_xi, eta_zeta),
+            two_crosses(eta, eta_zeta, zeta_xi, xi),
+            two_crosses(zeta, zeta_xi, xi_eta, eta),
+            two_crosses(xi, xi_eta, eta_zeta, zeta),
         ];
-        let mut sum = R::splat(0.0);
-        for (vector, mode) in vectors.iter().zip(modes) {
-            sum += vector.dot(*mode);
-        }
-        let eighth = sum * third;
-        Self { vectors, eighth, per_eighth: eighth.recip() }
+        // all four triple products of which ⅓ Σ_m g_m · c_m has each three times
+        let weight = xi.dot(vectors[0]) + eta_zeta.dot(vectors[4]);
+        Self { vectors, weight, per_weight: weight.recip() }
     }
 
-    /// (8/V) Σ_m f_m ⊗ g_m, the mean gradient of a field.
+    /// V, m³.
+    #[inline(always)]
+    fn volume(&self) -> R {
+        self.weight * (1.0 / 64.0)
+    }
+
+    /// W² Σ_a b̄_a b̄_aᵀ/8 = 8 W V Σ_a b̄_a b̄_aᵀ, where a field with the values v_a at the corners has the mean gradient Σ_a v_a ⊗ b̄_a.
+    #[inline(always)]
+    fn spread(&self) -> SymmetricTensor<R> {
+        let [xi, eta, zeta, xi_eta, eta_zeta, zeta_xi] = self.vectors;
+        squares(&[xi, eta, zeta]) + squares(&[xi_eta, eta_zeta, zeta_xi]) * R::splat(1.0 / 3.0)
+    }
+
+    /// Σ_m f_m ⊗ g_m/W, the mean gradient of a field.
     #[inline(always)]
     fn gradient(&self, field: &Modes<R>) -> Tensor<R> {
+        self.weighted_gradient(field) * self.per_weight
+    }
+
+    /// W times that.
+    #[inline(always)]
+    fn weighted_gradient(&self, field: &Modes<R>) -> Tensor<R> {
         let mut columns = [Vector3::zero(); 3];
         for (mode, vector) in field.iter().zip(&self.vectors) {
             for (column, component) in columns.iter_mut().zip(vector.0) {
                 *column = mode.mul_add(component, *column);
             }
         }
-        Tensor { columns } * self.per_eighth
+        Tensor { columns }
     }
+
+    /// What of the hourglass modes of a field the mean gradient of it does not see.
+    #[inline(always)]
+    fn slips(gradient: &Tensor<R>, field: &Modes<R>, position: &Modes<R>) -> [Vector3<R>; HOURGLASS] {
+        let mut slips = [Vector3::zero(); HOURGLASS];
+        for (alpha, slip) in slips.iter_mut().enumerate() {
+            let mut rest = field[3 + alpha];
+            for (column, component) in gradient.columns.iter().zip(position[3 + alpha].0) {
+                rest = column.mul_add(-component, rest);
+            }
+            *slip = rest;
+        }
+        slips
+    }
+}
+
+/// a × b + c × d.
+#[inline(always)]
+fn two_crosses<R: Real>(a: Vector3<R>, b: Vector3<R>, c: Vector3<R>, d: Vector3<R>) -> Vector3<R> {
+    let component = inlined!(|i: usize, j: usize| {
+        let first = a.0[i].mul_add(b.0[j], -(a.0[j] * b.0[i]));
+        c.0[i].mul_add(d.0[j], (-c.0[j]).mul_add(d.0[i], first))
+    });
+    Vector3([component(1, 2), component(2, 0), component(0, 1)])
 }
 
 /// Σ a_m a_mᵀ.
@@ -158,18 +202,6 @@ fn squares<R: Real>(vectors: &[Vector3<R>]) -> SymmetricTensor<R> {
         sum = sum + SymmetricTensor([x * x, y * y, z * z, x * y, y * z, z * x]);
     }
     sum
-}
-
-/// ½ (a ⊗ b + b ⊗ a).
-#[inline(always)]
-fn symmetric_product<R: Real>(a: Vector3<R>, b: Vector3<R>) -> SymmetricTensor<R> {
-    let ([x, y, z], [u, v, w]) = (a.0, b.0);
-    SymmetricTensor([x * u, y * v, z * w, (x * v + y * u) * 0.5, (y * w + z * v) * 0.5, (x * w + z * u) * 0.5])
-}
-
-#[inline(always)]
-fn apply<R: Real>(tensor: &SymmetricTensor<R>, vector: Vector3<R>) -> Vector3<R> {
-    tensor.to_tensor().apply(vector)
 }
 
 /// Moduli of the assumed strains, Pa.
@@ -190,53 +222,131 @@ impl AssumedStrain {
         Self { shear, lateral: poisson / (1.0 - poisson), young: 2.0 * shear * (1.0 + poisson) }
     }
 
-    /// Hourglass forces of the hourglass motion `slip` (m) where `gradients` are ∇ξ, ∇η, ∇ζ at the centre.
+    /// Hourglass forces of the hourglass motion `slip` (m) of a hex with these tangents.
     ///
-    /// The displacement Σ q_α h_α has a gradient with a part linear in ζ, q_ηζ ⊗ ∇η + q_ζξ ⊗ ∇ξ; in the plane normal to ∇ζ
-    /// it is the bending and torsion of a plate in plane stress, σ = 2μ (ε + ν/(1 − ν) tr ε). Likewise round ξ → η → ζ → ξ. The
-    /// trilinear mode stretches along ∇ξ by η ζ q · ∇ξ, in uniaxial stress.
+    /// The displacement Σ q_α h_α has a gradient with a part linear in ζ, q_ηζ ⊗ ∇η + q_ζξ ⊗ ∇ξ; in the plane normal to ∇ζ,
+    /// which the tangents of ξ and η span, it is the bending and torsion of a plate in plane stress. With the metric m_ab = x_a · x_b
+    /// of the tangents and its inverse m^ab, ε_ξξ = q_ζξ · x_ξ, ε_ηη = q_ηζ · x_η, 2 ε_ξη = q_ζξ · x_η + q_ηζ · x_ξ and
+    /// σ^ab = 2μ (m^ac m^bd ε_cd + ν/(1 − ν) m^ab tr ε). Likewise round ξ → η → ζ → ξ. The trilinear mode stretches along ∇ξ by
+    /// η ζ q · ∇ξ, in uniaxial stress.
     #[inline(always)]
     fn forces<R: Real>(
         &self,
         slip: &[Vector3<R>; HOURGLASS],
-        gradients: &[Vector3<R>; 3],
+        tangents: &Tangents<R>,
         volume: R,
     ) -> [Vector3<R>; HOURGLASS] {
-        let mut forces = [Vector3::zero(); HOURGLASS];
-        // ∫ ζ² dV = V/3, ∫ η² ζ² dV = V/9
-        let third = volume * (1.0 / 3.0);
-        for normal in 0..3 {
-            // of the plane normal to ∇ζ the modes ζξ = 2 with ∇ξ and ηζ = 1 with ∇η, and so on round
-            let (mode, other_mode) = (normal, (normal + 2) % 3);
-            let (along, in_mode, in_other) =
-                (gradients[normal], gradients[(normal + 1) % 3], gradients[(normal + 2) % 3]);
-            let strain = symmetric_product(slip[mode], in_mode) + symmetric_product(slip[other_mode], in_other);
-            // P ε P with P = I − n nᵀ
-            let per_square = along.dot(along).recip();
-            let strain_of_normal = apply(&strain, along);
-            let normal_strain = strain_of_normal.dot(along) * per_square;
-            let correction = strain_of_normal.mul_add(R::splat(-2.0), along * normal_strain) * per_square;
-            let in_plane = strain + symmetric_product(correction, along);
-            // 2μ (P ε P + ν/(1 − ν) tr(P ε P) P)
-            let sphere = (strain.trace() - normal_strain) * self.lateral;
-            let unit = in_plane.plus_spherical(sphere) + symmetric_product(along, along) * (-sphere * per_square);
-            let stress = unit * (third * (2.0 * self.shear));
-            forces[mode] = forces[mode] + apply(&stress, in_mode);
-            forces[other_mode] = forces[other_mode] + apply(&stress, in_other);
+        let Tangents { tangents: [xi, eta, zeta], cofactors, planes, per_determinant_squared } = tangents;
+        let [xi_eta, eta_zeta, zeta_xi, xi_eta_zeta] = *slip;
+        // of the plane normal to ∇ζ the modes ζξ with ∇ξ and ηζ with ∇η, and so on round; ∫ ζ² dV = V/3, against the 3 of two
+        // modes over √3
+        let modulus = volume * (2.0 * self.shear);
+        let of_xi = self.plane(xi_eta, zeta_xi, *eta, *zeta, &planes[0], modulus);
+        let of_eta = self.plane(eta_zeta, xi_eta, *zeta, *xi, &planes[1], modulus);
+        let of_zeta = self.plane(zeta_xi, eta_zeta, *xi, *eta, &planes[2], modulus);
+        // ∫ η² ζ² dV = V/9
+        let ninth = volume * *per_determinant_squared * (self.young / 9.0);
+        let mut of_trilinear = Vector3::zero();
+        for cofactor in cofactors {
+            of_trilinear = cofactor.mul_add(xi_eta_zeta.dot(*cofactor) * ninth, of_trilinear);
         }
-        let ninth = volume * (self.young / 9.0);
-        for gradient in gradients {
-            forces[3] = gradient.mul_add(slip[3].dot(*gradient) * ninth, forces[3]);
-        }
-        forces
+        [of_xi[0] + of_eta[1], of_eta[0] + of_zeta[1], of_zeta[0] + of_xi[1], of_trilinear]
     }
 
-    /// Upper bound K of |Q| ≤ K |q|, N/m, where `largest` is that of the principal values of Σ ∇ξ ∇ξᵀ: by |sym(P H P)| ≤ |H| and
-    /// |a ⊗ ∇ξ + b ⊗ ∇η|² ≤ λ_max (a² + b²) the energy of each plane is at most (V/3) λ_max (a² + b²) max(μ, μ (1 + ν)/(1 − ν)),
-    /// and each mode is in two of them.
+    /// Forces on two modes whose slips bend the plane of the tangents `x` and `y`.
     #[inline(always)]
-    fn bound<R: Real>(&self, largest: R, volume: R) -> R {
-        largest * volume * (4.0 / 3.0 * self.shear * (1.0 + 2.0 * self.lateral).max(1.0))
+    fn plane<R: Real>(
+        &self,
+        slip_of_x: Vector3<R>,
+        slip_of_y: Vector3<R>,
+        x: Vector3<R>,
+        y: Vector3<R>,
+        plane: &Plane<R>,
+        modulus: R,
+    ) -> [Vector3<R>; 2] {
+        let Plane { xx, yy, xy } = *plane;
+        let strain_xx = slip_of_x.dot(x);
+        let strain_yy = slip_of_y.dot(y);
+        let strain_xy = (slip_of_x.dot(y) + slip_of_y.dot(x)) * 0.5;
+        // m^ac ε_cb
+        let mixed_xx = xx.mul_add(strain_xx, xy * strain_xy);
+        let mixed_xy = xx.mul_add(strain_xy, xy * strain_yy);
+        let mixed_yx = xy.mul_add(strain_xx, yy * strain_xy);
+        let mixed_yy = xy.mul_add(strain_xy, yy * strain_yy);
+        let sphere = (mixed_xx + mixed_yy) * self.lateral;
+        let (along_x, along_y) = (mixed_xx + sphere, mixed_yy + sphere);
+        let stress_xx = along_x.mul_add(xx, mixed_xy * xy) * modulus;
+        let stress_xy = along_x.mul_add(xy, mixed_xy * yy) * modulus;
+        let stress_yy = mixed_yx.mul_add(xy, along_y * yy) * modulus;
+        [x.mul_add(stress_xx, y * stress_xy), x.mul_add(stress_xy, y * stress_yy)]
+    }
+
+    /// Upper bound K of |Q| ≤ K |q|, N/m, for coefficients q that are not scaled.
+    ///
+    /// By |sym(P H P)| ≤ |P H P| and |a ⊗ P∇ξ + b ⊗ P∇η|² ≤ λ (a² + b²), λ the larger principal value of m^ab, the energy of each plane is
+    /// at most (V/3) λ (a² + b²) max(μ, μ (1 + ν)/(1 − ν)), and each mode is in two of the planes; the rows of m^ab bound λ. That of the
+    /// trilinear mode is at most (V/18) E (|∇ξ|² + |∇η|² + |∇ζ|²) q².
+    #[inline(always)]
+    fn bound<R: Real>(&self, tangents: &Tangents<R>, volume: R) -> R {
+        let Tangents { cofactors, planes, per_determinant_squared, .. } = tangents;
+        let [xi, eta, zeta] = planes;
+        let rows = [xi.largest_row(), eta.largest_row(), zeta.largest_row()];
+        let two_largest = (rows[0] + rows[1]).max(rows[1] + rows[2]).max(rows[2] + rows[0]);
+        let of_planes = two_largest * (2.0 / 3.0 * self.shear * (1.0 + 2.0 * self.lateral).max(1.0));
+        let squares = cofactors[0].dot(cofactors[0]) + cofactors[1].dot(cofactors[1]) + cofactors[2].dot(cofactors[2]);
+        let of_trilinear = squares * *per_determinant_squared * (self.young / 9.0);
+        // tangents are eightfold
+        of_planes.max(of_trilinear) * volume * 64.0
+    }
+}
+
+/// The tangents ∂x/∂ξ, ∂x/∂η, ∂x/∂ζ at the centre times eight, and what follows from them.
+struct Tangents<R> {
+    tangents: [Vector3<R>; 3],
+    /// x_η × x_ζ and so on round, along ∇ξ, ∇η, ∇ζ.
+    cofactors: [Vector3<R>; 3],
+    /// The planes normal to these.
+    planes: [Plane<R>; 3],
+    /// 1/(x_ξ · x_η × x_ζ)².
+    per_determinant_squared: R,
+}
+
+impl<R: Real> Tangents<R> {
+    #[inline(always)]
+    fn new(tangents: [Vector3<R>; 3]) -> Self {
+        let [xi, eta, zeta] = tangents;
+        let cofactors = [eta.cross(zeta), zeta.cross(xi), xi.cross(eta)];
+        let (xi_xi, eta_eta, zeta_zeta) = (xi.dot(xi), eta.dot(eta), zeta.dot(zeta));
+        let (xi_eta, eta_zeta, zeta_xi) = (xi.dot(eta), eta.dot(zeta), zeta.dot(xi));
+        let planes = [
+            Plane::new(eta_eta, zeta_zeta, eta_zeta, cofactors[0]),
+            Plane::new(zeta_zeta, xi_xi, zeta_xi, cofactors[1]),
+            Plane::new(xi_xi, eta_eta, xi_eta, cofactors[2]),
+        ];
+        let determinant = xi.dot(cofactors[0]);
+        Self { tangents, cofactors, planes, per_determinant_squared: (determinant * determinant).recip() }
+    }
+}
+
+/// The inverse m^ab of the metric of two tangents x and y, 1/m².
+struct Plane<R> {
+    xx: R,
+    yy: R,
+    xy: R,
+}
+
+impl<R: Real> Plane<R> {
+    /// From x · x, y · y, x · y and x × y.
+    #[inline(always)]
+    fn new(xx: R, yy: R, xy: R, area: Vector3<R>) -> Self {
+        let per_area_squared = area.dot(area).recip();
+        Self { xx: yy * per_area_squared, yy: xx * per_area_squared, xy: -(xy * per_area_squared) }
+    }
+
+    /// No principal value is greater.
+    #[inline(always)]
+    fn largest_row(&self) -> R {
+        self.xx.max(self.yy) + self.xy.abs()
     }
 }
 
@@ -278,27 +388,41 @@ impl Element<CORNERS> for HourglassControl {
         }
         let elasticity = material.elasticity();
         let zero = R::splat(0.0);
-        let reference = coefficients(&motion.reference);
-        let position = coefficients(&motion.position);
-        let velocity = coefficients(&motion.velocity);
+        let reference = scaled_modes(&motion.reference);
+        let position = scaled_modes(&motion.position);
+        let initially = MeanOperator::new(&reference);
+        let now = MeanOperator::new(&position);
+        let jacobian = now.weight * initially.per_weight;
+        let volume = now.volume();
+
+        // (i) the mean motion, the rotation first: a chain of operations each of which waits for the last, beside which the
+        // processor has time for the rates
+        let mean_gradient = initially.weighted_gradient(&position);
+        let rotation_old = history.rotations[0];
+        let rotation = Rotation::nearest(&mean_gradient, rotation_old);
+        history.rotations[0] = rotation;
+        let velocity = scaled_modes(&motion.velocity);
         let half_step = R::splat(-0.5 * step.time_step);
         let mut half = position;
         for (half, velocity) in half.iter_mut().zip(&velocity) {
             *half = velocity.mul_add(half_step, *half);
         }
-        let initially = MeanOperator::new(&reference);
         let midway = MeanOperator::new(&half);
-        let now = MeanOperator::new(&position);
-        let jacobian = now.eighth * initially.per_eighth;
-        let volume = now.eighth * 8.0;
-        let volume_half = midway.eighth * 8.0;
-
-        // (i) the mean motion
+        let volume_half = midway.volume();
         let velocity_gradient = midway.gradient(&velocity);
-        let mean_gradient = initially.gradient(&position);
-        let rotation_old = history.rotations[0];
-        let rotation = Rotation::nearest(&mean_gradient, rotation_old);
-        history.rotations[0] = rotation;
+        let mut slip_rates = MeanOperator::slips(&velocity_gradient, &velocity, &half);
+        let bounds =
+            ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
+        let spread = now.spread();
+        let metric = Metrics::of(&spread).greatest();
+        // stiffness of the stiffest uniform strain: V (2μ λ_max + λ⁺ tr) of Σ b̄ b̄ᵀ, N/m
+        let uniform = bounds.stiffness(&metric) * now.per_weight * 0.125;
+        let obliqueness = {
+            // c = λ_max(B̄ᵀB̄ XᵀX) ≤ tr − 2, since B̄ᵀX = I leaves no principal value below 1
+            let [xi, eta, zeta, xi_eta, eta_zeta, zeta_xi, xi_eta_zeta] = position;
+            let places = squares(&[xi, eta, zeta, xi_eta_zeta]) + squares(&[xi_eta, eta_zeta, zeta_xi]) * R::splat(3.0);
+            (spread.double_dot(&places) * (now.per_weight * now.per_weight) - 2.0).max(R::splat(1.0))
+        };
         // the volume is that of the hex, not of its mean gradient
         let deformation_gradient = mean_gradient * (jacobian / mean_gradient.determinant()).cbrt();
         let motion_of_point = M::Motion::new(&StepKinematics {
@@ -322,24 +446,11 @@ impl Element<CORNERS> for HourglassControl {
         // (iii) hourglass forces, in the frame that turns with the element
         let turned = rotation.to_tensor();
         let turned_half = rotation_old.half_way_to(rotation);
-        let mut slip_rates = [Vector3::zero(); HOURGLASS];
         let mut slips = slip_rates;
-        for alpha in 0..HOURGLASS {
-            let rate = velocity[3 + alpha] - velocity_gradient.apply(half[3 + alpha]);
-            slip_rates[alpha] = turned_half.transpose_apply(rate);
-            slips[alpha] = slip_rates[alpha] * R::splat(step.time_step);
+        for (rate, slip) in slip_rates.iter_mut().zip(&mut slips) {
+            *rate = turned_half.transpose_apply(*rate);
+            *slip = *rate * R::splat(step.time_step);
         }
-        let (mut gradients, per_determinant) = scaled_central_gradients(&position);
-        for gradient in &mut gradients {
-            *gradient = turned.transpose_apply(*gradient) * per_determinant;
-        }
-        let bounds =
-            ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
-        // V Σ_a b̄_a b̄_aᵀ = (8/V) Σ_m g_m g_mᵀ
-        let spread = squares(&now.vectors);
-        let metric = Metrics::of(&spread).greatest();
-        // stiffness of the stiffest uniform strain: V (2μ λ_max + λ⁺ tr) of Σ b̄ b̄ᵀ, N/m
-        let uniform = bounds.stiffness(&metric) * now.per_eighth;
         let forces_old = history.hourglass_forces;
         let mut hourglass_stiffness = zero;
         let mut hourglass_viscosity = zero;
@@ -347,9 +458,14 @@ impl Element<CORNERS> for HourglassControl {
         match self {
             Self::Physical => {
                 let assumed = AssumedStrain::new(elasticity);
-                let largest = Metrics::of(&squares(&gradients)).greatest().largest;
-                hourglass_stiffness = assumed.bound(largest, volume);
-                let increments = assumed.forces(&slips, &gradients, volume);
+                let [xi, eta, zeta, ..] = position;
+                let mut tangents = [xi, eta, zeta];
+                for tangent in &mut tangents {
+                    *tangent = turned.transpose_apply(*tangent);
+                }
+                let tangents = Tangents::new(tangents);
+                hourglass_stiffness = assumed.bound(&tangents, volume);
+                let increments = assumed.forces(&slips, &tangents, volume);
                 // the deviator returns by ‖s‖/‖s trial‖ = σ/(σ + 3μ Δε̄ᵖ), and by the flow rule so does what is added to it
                 let flow = material.equivalent_plastic_strain(&update.state) - strain_old;
                 let equivalent = (stress.deviator().norm_squared() * 1.5).sqrt();
@@ -361,22 +477,23 @@ impl Element<CORNERS> for HourglassControl {
             }
             Self::Stiffness { coefficient } => {
                 hourglass_stiffness = uniform * (8.0 * coefficient);
-                for (force, slip) in forces.iter_mut().zip(&slips) {
-                    *force = slip.mul_add(hourglass_stiffness, *force);
+                for ((force, slip), scale) in forces.iter_mut().zip(&slips).zip(UNSCALED_SQUARED) {
+                    *force = slip.mul_add(hourglass_stiffness * scale, *force);
                 }
             }
             Self::Viscous { coefficient } => {
                 hourglass_viscosity = viscosity(coefficient, elasticity, jacobian, volume);
-                for (force, rate) in forces.iter_mut().zip(&slip_rates) {
-                    *force = *rate * hourglass_viscosity;
+                for ((force, rate), scale) in forces.iter_mut().zip(&slip_rates).zip(UNSCALED_SQUARED) {
+                    *force = *rate * (hourglass_viscosity * scale);
                 }
             }
         }
         history.hourglass_forces = forces;
         let mut hourglass_energy = zero;
         for alpha in 0..HOURGLASS {
-            hourglass_energy += (forces_old[alpha] + forces[alpha]).dot(slips[alpha]) * 0.5;
+            hourglass_energy += (forces_old[alpha] + forces[alpha]).dot(slips[alpha]);
         }
+        hourglass_energy = hourglass_energy * 0.5;
 
         // (iv) forces of the stress and of the hourglass forces, turned back
         for force in &mut forces {
@@ -384,15 +501,10 @@ impl Element<CORNERS> for HourglassControl {
         }
         let internal_force = corner_forces(&now, &stress.plus_spherical(-viscous_pressure), &forces, &position);
 
-        // (v) Δt = 2/ω, ω² ≤ (uniform + K c/8)/m with Σ |q|² ≤ c Σ |u_a|²/8
-        let obliqueness = {
-            // c = λ_max(B̄ᵀB̄ XᵀX) ≤ tr − 2, since B̄ᵀX = I leaves no principal value below 1
-            let places = squares(&position);
-            spread.double_dot(&places) * (now.per_eighth * now.per_eighth) - 2.0
-        };
+        // (v) Δt = 2/ω, ω² ≤ λ/m
         let share = obliqueness * 0.125;
-        let frequency_squared = (hourglass_stiffness * share + uniform) / motion.corner_mass;
-        let mut undamped = frequency_squared.sqrt().recip() * 2.0;
+        let largest = larger_root(uniform, hourglass_stiffness * share, obliqueness);
+        let mut undamped = (motion.corner_mass / largest).sqrt() * 2.0;
         if let Some(ratio) = material.stiffening(&motion_of_point) {
             undamped = undamped / ratio.sqrt();
         }
@@ -427,9 +539,9 @@ impl Element<CORNERS> for HourglassControl {
         step: &ElementStep,
     ) -> Tangent<R> {
         let zero = R::splat(0.0);
-        let [reference, position, velocity] = [&motion.reference, &motion.position, &motion.velocity].map(coefficients);
+        let [reference, position, velocity] = [&motion.reference, &motion.position, &motion.velocity].map(scaled_modes);
         let now = MeanOperator::new(&position);
-        let jacobian = now.eighth * MeanOperator::new(&reference).per_eighth;
+        let jacobian = now.weight * MeanOperator::new(&reference).per_weight;
         let per_half_step = 2.0 / step.time_step;
         let viscous_modulus = step.bulk_viscosity.map_or(zero, |bulk_viscosity| {
             let volumetric_rate = now.gradient(&velocity).trace();
@@ -444,12 +556,10 @@ impl Element<CORNERS> for HourglassControl {
                     shear_modulus: elasticity.shear_modulus(),
                     bulk_modulus: elasticity.bulk_modulus(),
                 };
-                let metric = Metrics::of(&squares(&now.vectors)).greatest();
-                bounds.stiffness(&metric) * now.per_eighth * stiffening * (8.0 * coefficient)
+                let metric = Metrics::of(&now.spread()).greatest();
+                bounds.stiffness(&metric) * now.per_weight * stiffening * coefficient
             }
-            Self::Viscous { coefficient } => {
-                viscosity(coefficient, elasticity, jacobian, now.eighth * 8.0) * per_half_step
-            }
+            Self::Viscous { coefficient } => viscosity(coefficient, elasticity, jacobian, now.volume()) * per_half_step,
         };
         Tangent { stiffening, viscous_modulus, hourglass_modulus }
     }
@@ -462,8 +572,8 @@ impl Element<CORNERS> for HourglassControl {
         position: &CornerVectors<R>,
         displacement: &CornerVectors<R>,
     ) -> CornerVectors<R> {
-        let position = coefficients(position);
-        let displacement = coefficients(displacement);
+        let position = scaled_modes(position);
+        let displacement = scaled_modes(displacement);
         let now = MeanOperator::new(&position);
         let gradient = now.gradient(&displacement);
         let strain = gradient.symmetric_part();
@@ -471,25 +581,31 @@ impl Element<CORNERS> for HourglassControl {
         let bulk = tangent.stiffening.mul_add(R::splat(elasticity.bulk_modulus()), tangent.viscous_modulus);
         let tension = (double_shear * (-1.0 / 3.0) + bulk) * strain.trace();
         let stress = (strain * double_shear).plus_spherical(tension);
-        let mut slips = [Vector3::zero(); HOURGLASS];
-        for (alpha, slip) in slips.iter_mut().enumerate() {
-            *slip = displacement[3 + alpha] - gradient.apply(position[3 + alpha]);
-        }
-        let (mut forces, factor) = if self == Self::Physical {
-            let (mut gradients, per_determinant) = scaled_central_gradients(&position);
-            for gradient in &mut gradients {
-                *gradient = *gradient * per_determinant;
+        let mut forces = MeanOperator::slips(&gradient, &displacement, &position);
+        if self == Self::Physical {
+            let [xi, eta, zeta, ..] = position;
+            forces = AssumedStrain::new(elasticity).forces(&forces, &Tangents::new([xi, eta, zeta]), now.volume());
+            for force in &mut forces {
+                *force = *force * tangent.stiffening;
             }
-            let assumed = AssumedStrain::new(elasticity);
-            (assumed.forces(&slips, &gradients, now.eighth * 8.0), tangent.stiffening)
         } else {
-            (slips, tangent.hourglass_modulus)
-        };
-        for force in &mut forces {
-            *force = *force * factor;
+            for (force, scale) in forces.iter_mut().zip(UNSCALED_SQUARED) {
+                *force = *force * (tangent.hourglass_modulus * scale);
+            }
         }
         corner_forces(&now, &stress, &forces, &position)
     }
+}
+
+/// Upper bound of the principal values of A + B, both symmetric and not negative, A ≤ `uniform` on the fields that the mean
+/// gradient sees, B ≤ `hourglass` on those that it does not, and both zero on what is normal to these. The sines of the angles
+/// between the former and the fields that are linear in place, to which the latter are normal, are at most √(1 − 1/c) with the
+/// `obliqueness` c, so that the values are at most those of the matrix of `uniform`, `hourglass` and √(1 − 1/c) of their mean.
+#[inline(always)]
+fn larger_root<R: Real>(uniform: R, hourglass: R, obliqueness: R) -> R {
+    let half_difference = (uniform - hourglass) * 0.5;
+    let coupling = uniform * hourglass * ((obliqueness - 1.0) / obliqueness);
+    (uniform + hourglass).mul_add(R::splat(0.5), half_difference.mul_add(half_difference, coupling).sqrt())
 }
 
 /// What the bulk viscosity of an element depends on.
@@ -515,14 +631,6 @@ fn viscosity<R: Real>(coefficient: f64, elasticity: &IsotropicElasticity, jacobi
     impedance * edge * edge * (16.0 * coefficient)
 }
 
-/// ∇ξ, ∇η, ∇ζ at the centre times the determinant of ∂x/∂ξ, and one over that.
-#[inline(always)]
-fn scaled_central_gradients<R: Real>(position: &Modes<R>) -> ([Vector3<R>; 3], R) {
-    let [xi, eta, zeta] = [position[0], position[1], position[2]];
-    let gradients = [eta.cross(zeta), zeta.cross(xi), xi.cross(eta)];
-    (gradients, xi.dot(gradients[0]).recip())
-}
-
 /// Forces f_a = Σ_m Γ_ma (T g_m + …), the transpose of the mean gradient and of the hourglass motions.
 #[inline(always)]
 fn corner_forces<R: Real>(
@@ -531,28 +639,33 @@ fn corner_forces<R: Real>(
     hourglass_forces: &[Vector3<R>; HOURGLASS],
     position: &Modes<R>,
 ) -> CornerVectors<R> {
-    let stress = stress.to_tensor();
+    // V T : L̄ + Σ Q_α · (v_α − L̄ c_α) with L̄ = Σ v_m ⊗ g_m/W
+    let mut columns = [Vector3::zero(); 3];
+    for (force, place) in hourglass_forces.iter().zip(&position[3..]) {
+        for (column, component) in columns.iter_mut().zip(place.0) {
+            *column = force.mul_add(component, *column);
+        }
+    }
+    let per_vector = (*stress * R::splat(1.0 / 64.0)).to_tensor() + Tensor { columns } * -now.per_weight;
     let mut modes = [Vector3::zero(); 7];
     for (mode, vector) in modes.iter_mut().zip(&now.vectors) {
-        *mode = stress.apply(*vector);
+        *mode = per_vector.apply(*vector);
     }
-    let per_volume = now.per_eighth * 0.125;
-    for (alpha, &force) in hourglass_forces.iter().enumerate() {
-        modes[3 + alpha] = force.mul_add(R::splat(0.125), modes[3 + alpha]);
-        for (linked, vector) in now.vectors.iter().enumerate() {
-            let share = vector.dot(position[3 + alpha]) * per_volume;
-            modes[linked] = modes[linked] - force * share;
-        }
+    for (mode, force) in modes[3..].iter_mut().zip(hourglass_forces) {
+        *mode = *mode + *force;
+    }
+    for mode in &mut modes[3..LINKED] {
+        *mode = *mode * R::splat(PER_ROOT_3);
     }
     corner_values(&modes)
 }
 
-/// Mode coefficients of a field with the given corner values.
+/// Modes of a field with the given corner values, scaled as the head of this file says.
 #[inline(always)]
-fn coefficients<R: Real>(corners: &[Vector3<R>; 8]) -> Modes<R> {
+fn scaled_modes<R: Real>(corners: &[Vector3<R>; 8]) -> Modes<R> {
     let mut modes = eightfold_modes(corners);
-    for mode in &mut modes {
-        *mode = *mode * R::splat(1.0 / 8.0);
+    for mode in &mut modes[3..LINKED] {
+        *mode = *mode * R::splat(PER_ROOT_3);
     }
     modes
 }
