@@ -4,23 +4,23 @@
 //! which most of the foot yields. Not measured: reading, set-up, output, more threads, meshes beyond the caches.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use estar::bench::taylor_bar::{ELEMENTS, materials, mesh, model};
+use estar::bench::taylor_bar::{ELEMENTS, materials, mesh, model, shape};
 use estar::deck::model::element_name;
 use estar_solver::{LaneLevel, Simulation};
 use std::time::{Duration, Instant};
 
-/// A mesh that stays in the cache.
-const HEX_COUNT: usize = 3_000;
+/// Of a mesh that stays in the cache.
+const ELEMENT_COUNT: usize = 3_000;
 const STEPS: u64 = 200;
 
 fn element_step(criterion: &mut Criterion) {
-    let mesh = mesh(HEX_COUNT);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     for level in LaneLevel::ALL.into_iter().filter(|level| level.is_available()).rev() {
         let mut group = criterion.benchmark_group(format!("element step, {}", level.name()));
         group.throughput(Throughput::Elements(1)).sample_size(10).measurement_time(Duration::from_secs(3));
         for (name, material) in materials() {
             for element in ELEMENTS {
+                let mesh = mesh(ELEMENT_COUNT, shape(element));
                 let model = model(&mesh, material.clone(), element);
                 group.bench_function(format!("{}, {name}", element_name(element)), |bencher| {
                     // an iteration is one step of one element

@@ -15,7 +15,6 @@ use crate::failure::Failure;
 use crate::format::count;
 use crate::run;
 use estar_material::MaterialModel;
-use estar_mesh::Mesh;
 use estar_solver::fields::ElementMeans;
 use estar_solver::model::Formulation;
 use estar_solver::{LaneLevel, Simulation};
@@ -55,8 +54,8 @@ const MOST_STEPS: usize = 50;
 /// Repetitions, whose median counts.
 const REPETITIONS: usize = 7;
 const QUICK_REPETITIONS: usize = 3;
-/// Hexes of all bars that are in memory at once, unless one alone has more.
-const HEXES_AT_ONCE: usize = 1_000_000;
+/// Elements of all bars that are in memory at once, unless one alone has more.
+const ELEMENTS_AT_ONCE: usize = 1_000_000;
 /// Bounds of the arrays of the memory's triad, which are as large as the largest cache: three of them are far beyond it.
 const LEAST_ARRAY: usize = 64 << 20;
 const LARGEST_ARRAY: usize = 512 << 20;
@@ -115,7 +114,7 @@ impl Bench<'_> {
         let mut problems = Vec::new();
         for &level in &options.lanes {
             for &size in &sizes {
-                problems.push(self.problem(&taylor_bar::mesh(size), level, &pairs, &limits)?);
+                problems.push(self.problem(size, level, &pairs, &limits)?);
             }
         }
         Ok(Report {
@@ -161,28 +160,30 @@ impl Bench<'_> {
         Bandwidth { bytes, bytes_per_second: self.pools.iter().map(rate).collect() }
     }
 
-    /// Each of the pairs as the bar on the mesh.
-    fn problem(&self, mesh: &Mesh, level: LaneLevel, pairs: &[Pair], limits: &Limits) -> Result<Problem, Failure> {
-        let hexes = mesh.element_count();
+    /// Each of the pairs as the bar of about so many elements.
+    fn problem(&self, size: usize, level: LaneLevel, pairs: &[Pair], limits: &Limits) -> Result<Problem, Failure> {
         let arithmetic = limits.arithmetic.iter().find(|arithmetic| arithmetic.lanes == level.name());
         let arithmetic = arithmetic.expect("every level that is measured");
-        let mut triad = None;
+        let mut first = None;
         let mut rows = Vec::new();
-        for pairs in pairs.chunks((HEXES_AT_ONCE / hexes).max(1)) {
-            self.tell(&format!("{}, {} hexes: up to the steps that are timed", level.name(), count(hexes as f64)));
-            let bars: Result<Vec<_>, _> = pairs.iter().map(|pair| Bar::new(mesh, pair, level, &self.pools)).collect();
+        for pairs in pairs.chunks((ELEMENTS_AT_ONCE / size.max(1)).max(1)) {
+            self.tell(&format!("{}, {} elements: up to the steps that are timed", level.name(), count(size as f64)));
+            let bars: Result<Vec<_>, _> = pairs.iter().map(|pair| Bar::new(size, pair, level, &self.pools)).collect();
             let mut bars = bars?;
-            self.tell(&format!("{}, {} hexes: timed steps", level.name(), count(hexes as f64)));
+            self.tell(&format!("{}, {} elements: timed steps", level.name(), count(size as f64)));
             // neighbours on the machine come and go: the bars take turns, so that all meet the same
             for _ in 0..self.repetitions() {
                 for bar in &mut bars {
                     bar.repeat(&self.pools)?;
                 }
             }
-            let triad = triad.get_or_insert_with(|| self.bandwidth(bars[0].simulation.bytes_per_step()));
+            let (triad, _) = first.get_or_insert_with(|| {
+                let simulation = &bars[0].simulation;
+                (self.bandwidth(simulation.bytes_per_step()), simulation.element_count())
+            });
             rows.extend(bars.iter().map(|bar| bar.row(&self.pools, triad, arithmetic)));
         }
-        let triad = triad.expect("at least one pair");
+        let (triad, hexes) = first.expect("at least one pair, the first of hexes");
         Ok(Problem { lanes: level.name(), hexes, triad, rows })
     }
 }
@@ -200,12 +201,13 @@ struct Bar<'a> {
 }
 
 impl<'a> Bar<'a> {
-    /// The bar at the steps that are timed.
-    fn new(mesh: &Mesh, pair: &'a Pair, level: LaneLevel, pools: &[ThreadPool]) -> Result<Self, Failure> {
+    /// The bar of about so many elements at the steps that are timed.
+    fn new(size: usize, pair: &'a Pair, level: LaneLevel, pools: &[ThreadPool]) -> Result<Self, Failure> {
         let (element, _, material) = pair;
-        let model = taylor_bar::model(mesh, material.clone(), *element);
+        let mesh = taylor_bar::mesh(size, taylor_bar::shape(*element));
+        let model = taylor_bar::model(&mesh, material.clone(), *element);
         let simulation =
-            Simulation::new(mesh, model, level).map_err(|error| Failure::Simulation(format!("error: {error}")))?;
+            Simulation::new(&mesh, model, level).map_err(|error| Failure::Simulation(format!("error: {error}")))?;
         let steps = (ELEMENT_STEPS / mesh.element_count()).clamp(1, MOST_STEPS);
         let mut bar = Self { pair, simulation, yielding: 0.0, steps, times: vec![Vec::new(); pools.len()] };
         let all_threads = &pools[pools.len() - 1];

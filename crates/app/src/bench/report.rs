@@ -171,7 +171,8 @@ impl Report {
         match self.layout {
             Layout::Pairs => {
                 for problem in &self.problems {
-                    let title = format!("{}, {} hexes", problem.lanes, format::count(problem.hexes as f64));
+                    let title =
+                        format!("{}, {} hexes or as many tets", problem.lanes, format::count(problem.hexes as f64));
                     self.write_head(&mut text, &title, ["element", "material"]);
                     for row in &problem.rows {
                         write_row(&mut text, [row.element, row.material], row);
@@ -247,7 +248,8 @@ fn in_threads(threads: usize) -> String {
 }
 
 const LEGEND: &str = "
-flops  counted, per element step, in the mix of hexes that yield and hexes that do not; bytes too
+flops  counted, per element step, in the mix of hexes that yield and hexes that do not; bytes too;
+       of tet4 without the means over nodes
 ns     wall time per element step of whole steps; ±% half the range of the repetitions
 M/s    million element steps per second
 roof   % of the roofline: the time that arithmetic (a) or memory (m) needs at least, over ns";

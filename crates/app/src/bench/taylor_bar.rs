@@ -6,8 +6,8 @@ use estar_material::{
     IsotropicElasticity, IsotropicHardening, JohnsonCook, JohnsonCookParameters, KinematicHardening, MaterialModel,
     PlasticMetric,
 };
-use estar_mesh::generate::{CylinderParameters, CylinderSpec, Section, cylinder};
-use estar_mesh::{Mesh, locality_order};
+use estar_mesh::generate::{CylinderParameters, CylinderSpec, Section, cut_into, cylinder};
+use estar_mesh::{Mesh, Shape, locality_order};
 use estar_solver::model::{
     Direction, Fix, Formulation, HourglassControl, InitialVelocity, Model, Part, RigidWall, TimeSettings,
 };
@@ -20,9 +20,14 @@ const fn bar_hex_count(cells: usize) -> usize {
     3 * cells * cells * 8 * cells
 }
 
-/// The mesh that has nearest to `element_count` hexes, in an order kind to the cache.
-pub fn mesh(element_count: usize) -> Mesh {
-    let cells = (element_count as f64 / bar_hex_count(1) as f64).cbrt().round().max(1.0) as u32;
+/// The mesh that has nearest to `element_count` elements of a shape, hexes or what they are cut into, in an order kind to the cache.
+pub fn mesh(element_count: usize, shape: Shape) -> Mesh {
+    let per_hex = match shape {
+        Shape::Hex8 | Shape::Pyramid5 => 1,
+        Shape::Wedge6 => 2,
+        Shape::Tet4 | Shape::Tet10 => 6,
+    };
+    let cells = (element_count as f64 / (per_hex * bar_hex_count(1)) as f64).cbrt().round().max(1.0) as u32;
     let parameters = CylinderParameters {
         radius: 3.2e-3,
         length: 32.4e-3,
@@ -32,7 +37,7 @@ pub fn mesh(element_count: usize) -> Mesh {
         axial_cells: 8 * cells,
         axial_grading: 1.0,
     };
-    let mesh = cylinder(&CylinderSpec::try_from(parameters).expect("valid parameters"));
+    let mesh = cut_into(&cylinder(&CylinderSpec::try_from(parameters).expect("valid parameters")), shape);
     mesh.renumbered(&locality_order(&mesh))
 }
 
@@ -97,8 +102,23 @@ pub fn materials() -> Vec<(&'static str, MaterialModel)> {
 }
 
 /// Every element, with the control that needs nothing chosen.
-pub const ELEMENTS: [Formulation; 4] =
-    [Formulation::FBar, Formulation::BBar, Formulation::OnePoint(HourglassControl::Physical), Formulation::Full];
+pub const ELEMENTS: [Formulation; 6] = [
+    Formulation::FBar,
+    Formulation::BBar,
+    Formulation::OnePoint(HourglassControl::Physical),
+    Formulation::Full,
+    Formulation::Tet4,
+    Formulation::Tet10,
+];
+
+/// The shape that an element is measured in.
+pub const fn shape(element: Formulation) -> Shape {
+    match element {
+        Formulation::Tet4 => Shape::Tet4,
+        Formulation::Tet10 => Shape::Tet10,
+        _ => Shape::Hex8,
+    }
+}
 
 #[cfg(test)]
 mod tests {
@@ -107,8 +127,9 @@ mod tests {
     #[test]
     fn a_bar_has_the_hexes_of_the_peers_or_as_near_as_can_be() {
         assert_eq!(PEERS_HEX_COUNT, 41_472);
-        assert_eq!(mesh(PEERS_HEX_COUNT).element_count(), PEERS_HEX_COUNT);
-        assert_eq!(mesh(1).element_count(), 24);
-        assert_eq!(mesh(200).element_count(), 192);
+        assert_eq!(mesh(PEERS_HEX_COUNT, Shape::Hex8).element_count(), PEERS_HEX_COUNT);
+        assert_eq!(mesh(1, Shape::Hex8).element_count(), 24);
+        assert_eq!(mesh(200, Shape::Hex8).element_count(), 192);
+        assert_eq!(mesh(1_000, Shape::Tet10).element_count(), 1_152);
     }
 }
