@@ -206,9 +206,10 @@ fn beam_frequency(young_modulus: f64, poisson_ratio: f64, density: f64) -> f64 {
     low / (2.0 * PI)
 }
 
-/// Frequency of a cantilever of `layers` cubes through its height, from the zero crossings of its tip; none if it does not swing.
-fn cantilever_frequency(element: Formulation, layers: u32, poisson_ratio: f64) -> Option<f64> {
-    let mesh = bricks([LENGTH, HEIGHT, HEIGHT], [10 * layers, layers, layers]);
+/// Frequency of a cantilever of `layers` cubes through its height, or of what they are cut into, from the zero crossings of its
+/// tip; none if it does not swing.
+fn cantilever_frequency(element: Formulation, shape: Shape, layers: u32, poisson_ratio: f64) -> Option<f64> {
+    let mesh = cut_bricks([LENGTH, HEIGHT, HEIGHT], [10 * layers, layers, layers], shape);
     let tip = nodes(&mesh, "x_max");
     // the shape of the first bending wave, nearly
     let thrown = |(node, place): (usize, &[f64; 3])| {
@@ -246,19 +247,24 @@ fn is_viscous(element: Formulation) -> bool {
 #[test]
 fn a_cantilever_has_the_frequency_of_its_beam() {
     println!("element,poisson_ratio,frequency_over_beam");
-    for (poisson_ratio, layers) in [(0.3, &[1, 2, 4][..]), (0.499, &[1, 2])] {
+    for (poisson_ratio, all_layers) in [(0.3, &[1, 2, 4][..]), (0.499, &[1, 2])] {
         let beam = beam_frequency(200e9, poisson_ratio, 7850.0);
         println!("beam: {beam:.2} Hz");
-        for element in FORMULATIONS {
-            let ratio = |&layers| cantilever_frequency(element, layers, poisson_ratio).map(|found| found / beam);
+        for (element, shape) in ELEMENTS {
+            let layers = if shape == Shape::Hex8 { all_layers } else { &all_layers[..2] };
+            let ratio = |&layers| cantilever_frequency(element, shape, layers, poisson_ratio).map(|found| found / beam);
             let ratios: Vec<Option<f64>> = layers.iter().map(ratio).collect();
-            println!("{element:?},{poisson_ratio},{ratios:.4?}");
-            if is_viscous(element) {
+            println!("{element:?},{shape:?},{poisson_ratio},{ratios:.4?}");
+            if is_viscous(element) && shape == Shape::Hex8 {
                 // one layer bends in hourglass modes alone, which a viscosity does not hold
                 assert_eq!(ratios[0], None);
                 continue;
             }
             let error = |ratio: Option<f64>| (ratio.unwrap() - 1.0).abs();
+            if shape != Shape::Hex8 {
+                assert!(error(ratios[1]) < error(ratios[0]), "{element:?}, {shape:?}: {ratios:?}");
+                continue;
+            }
             // the stiffness control takes a share of the largest modulus, which grows beyond all bounds
             let is_stiff =
                 matches!(element, Formulation::Full | Formulation::OnePoint(HourglassControl::Stiffness { .. }));
