@@ -1,5 +1,6 @@
 //! Which columns of a history are drawn, and which of them together.
 
+use crate::deck::units::Dimension;
 use crate::history;
 
 /// An energy that is never more than this share of the largest is not shown.
@@ -20,14 +21,9 @@ const ENERGIES: [&str; 11] = [
     "mass_scaling_energy",
 ];
 
-/// Columns with a panel of their own, with their units.
-const OTHERS: [(&str, &str); 5] = [
-    ("energy_error", ""),
-    ("time_step", "s"),
-    ("max_equivalent_plastic_strain", ""),
-    ("min_jacobian", ""),
-    ("kinetic_over_internal", ""),
-];
+/// Columns with a panel of their own.
+const OTHERS: [&str; 5] =
+    ["energy_error", "time_step", "max_equivalent_plastic_strain", "min_jacobian", "kinetic_over_internal"];
 
 /// Columns that are no curve over time.
 const SKIPPED: [&str; 6] = ["time", "step", "controlling_element", "momentum_x", "momentum_y", "momentum_z"];
@@ -38,7 +34,7 @@ pub struct CurvePanel<'a> {
     /// What the axis says.
     pub label: String,
     /// SI unit; empty where there is none, or where the history does not tell it.
-    pub unit: &'static str,
+    pub unit: String,
     /// Whether the axis is logarithmic.
     pub is_logarithmic: bool,
     /// Whether it is a probe of the deck.
@@ -54,21 +50,25 @@ pub fn panels<'a>(names: &[&'a str], largest: impl Fn(&str) -> f64) -> Vec<Curve
     let energies = || ENERGIES.iter().filter_map(|column| has(column));
     let most = energies().map(&largest).fold(0.0, f64::max);
     let seen = energies().filter(|column| largest(column) > SEEN * most).collect();
-    let (label, unit) = ("energy".to_owned(), "J");
+    let label = "energy".to_owned();
+    let unit = Dimension::ENERGY.si_unit();
     let mut panels = vec![CurvePanel { label, unit, is_logarithmic: false, is_probe: false, columns: seen }];
-    for (column, unit) in OTHERS {
-        let Some(column) = has(column).filter(|column| largest(column) > 0.0) else { continue };
-        // it begins at infinity, and what counts is how small it becomes
-        let is_logarithmic = column == "kinetic_over_internal";
-        panels.push(CurvePanel { label: plain(column), unit, is_logarithmic, is_probe: false, columns: vec![column] });
-    }
-    let is_known = |column: &str| {
-        SKIPPED.contains(&column) || ENERGIES.contains(&column) || OTHERS.iter().any(|(other, _)| *other == column)
+    let alone = |column: &'a str| {
+        let dimension = history::dimension(column);
+        CurvePanel {
+            label: plain(column),
+            unit: dimension
+                .filter(|dimension| *dimension != Dimension::NUMBER)
+                .map_or(String::new(), Dimension::si_unit),
+            // it begins at infinity, and what counts is how small it becomes
+            is_logarithmic: column == "kinetic_over_internal",
+            is_probe: dimension.is_none(),
+            columns: vec![column],
+        }
     };
-    for column in names.iter().copied().filter(|column| !is_known(column)) {
-        let (unit, is_probe) = ("", !history::is_column(column));
-        panels.push(CurvePanel { label: plain(column), unit, is_logarithmic: false, is_probe, columns: vec![column] });
-    }
+    panels.extend(OTHERS.iter().filter_map(|column| has(column)).filter(|column| largest(column) > 0.0).map(alone));
+    let is_known = |column: &&str| SKIPPED.contains(column) || ENERGIES.contains(column) || OTHERS.contains(column);
+    panels.extend(names.iter().copied().filter(|column| !is_known(column)).map(alone));
     panels
 }
 
@@ -88,6 +88,7 @@ mod tests {
         let panels = panels(&names, largest);
         let columns: Vec<&[&str]> = panels.iter().map(|panel| panel.columns.as_slice()).collect();
         assert_eq!(columns, [&["kinetic_energy"], &["time_step"], &["heat"], &["length"]].map(|c: &[&str; 1]| &c[..]));
+        assert_eq!(panels.iter().map(|panel| panel.unit.as_str()).collect::<Vec<_>>(), ["J", "s", "J", ""]);
         assert_eq!(panels.iter().map(|panel| panel.is_probe).collect::<Vec<_>>(), [false, false, false, true]);
     }
 }

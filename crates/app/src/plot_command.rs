@@ -279,7 +279,7 @@ fn history_figure(histories: &[Table], runs: &[&PathBuf]) -> Figure {
         };
         let axis = |label: &str, unit: &str| Axis { label: label.to_owned(), unit: unit.to_owned(), ..Axis::default() };
         let curves = histories.iter().enumerate().flat_map(of_run).collect();
-        let y = Axis { is_logarithmic, ..axis(&label, unit) };
+        let y = Axis { is_logarithmic, ..axis(&label, &unit) };
         Panel { x: axis("time", "s"), y, curves, ..Panel::default() }
     };
     let largest = |column: &str| {

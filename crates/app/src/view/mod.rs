@@ -1,7 +1,7 @@
 //! `estar view` and `estar run --watch`: a page on this machine that shows a run while it runs, and afterwards.
 //!
-//! Both serve the same page from the same files. [`results`] reads what a run writes, [`history`] and [`body`] make curves and a
-//! surface of it, [`server`] hands them out by [`http`]. Nothing is written, and nothing is asked of the loop that computes.
+//! Both serve the same page from the same files. `results` reads what a run writes, `history` and `body` make curves and a
+//! surface of it, `server` hands them out by `http`. Nothing is written, and nothing is asked of the loop that computes.
 
 mod body;
 mod history;
