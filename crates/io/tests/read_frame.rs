@@ -57,6 +57,7 @@ fn a_frame_is_read_back_as_it_was_written() {
 fn fields_that_are_not_wanted_have_no_numbers_and_the_rest_is_the_same() {
     let folder = Folder::new("wanted");
     let path = folder.0.join("frame.vtu");
+    fs::create_dir_all(&folder.0).unwrap();
     fs::write(&path, frame("wanted_source")).unwrap();
     let (whole, part) = (read_frame(&path).unwrap(), read_frame_with(&path, |name| name == "strain").unwrap());
     assert_eq!((&part.points, &part.connectivity), (&whole.points, &whole.connectivity));

@@ -255,7 +255,7 @@ fn a_cantilever_has_the_frequency_of_its_beam() {
             let ratio = |&layers| cantilever_frequency(element, shape, layers, poisson_ratio).map(|found| found / beam);
             let ratios: Vec<Option<f64>> = layers.iter().map(ratio).collect();
             println!("{element:?},{shape:?},{poisson_ratio},{ratios:.4?}");
-            if is_viscous(element) && shape == Shape::Hex8 {
+            if is_viscous(element) {
                 // one layer bends in hourglass modes alone, which a viscosity does not hold
                 assert_eq!(ratios[0], None);
                 continue;
