@@ -56,9 +56,7 @@ impl<const FIELDS: usize> PatchRows<'_, FIELDS> {
                     let [x, y, z] = field[node as usize];
                     *row = [x, y, z, 0.0];
                 }
-                for component in 0..3 {
-                    rows[1][component] += rows[0][component];
-                }
+                rows[1] = std::array::from_fn(|component| rows[0][component] + rows[1][component]);
             }
             work(PatchRows(rows))
         })

@@ -7,8 +7,7 @@
 mod common;
 
 use common::{
-    DIRECTIONS, ELEMENTS, FORMULATIONS, bricks, cut_bricks, dot, elastic, elasticity, moved, new, nodes, run, steel,
-    stresses, until, whole,
+    DIRECTIONS, ELEMENTS, cut_bricks, dot, elastic, elasticity, moved, new, nodes, run, steel, stresses, until, whole,
 };
 use estar_material::Elastic;
 use estar_mesh::{Mesh, Shape};
