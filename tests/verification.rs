@@ -157,7 +157,8 @@ fn tables_that_cannot_be_are_refused() {
     fs::write(directory.path().join("bad.toml"), "[[case]]\nname = 1\n").unwrap();
     let (code, said) = verify(&["--cases", "bad.toml"]);
     assert!(code == 2 && said.contains("bad.toml"), "{said}");
-    let lost = "[[case]]\nname = \"lost\"\nabout = \"\"\ndeck = \"lost.toml\"\ncost = 1\ncheck = []\n";
+    let lost = "[[case]]\nname = \"lost\"\nabout = \"\"\ndeck = \"lost.toml\"\ncost = 1\n\
+                check = [{ quantity = \"mass\", value = \"1 kg\", tolerance = \"1 %\", source = \"\" }]\n";
     fs::write(directory.path().join("lost.toml"), lost.replace("lost.toml", "no.toml")).unwrap();
     let (code, said) = verify(&["--cases", "lost.toml"]);
     assert!(code == 5 && said.contains("no.toml"), "{said}");
@@ -270,6 +271,19 @@ fn checks_and_curves_that_cannot_be_are_refused() {
         ("at = \"end\"", "at = \"ende\"", 2, "`at` is start, end, largest, always"),
         ("at = \"end\"", "at = {}", 2, "`at` names no column"),
         ("value = 0, tolerance = \"1 J\"", "value = \"0 J\", tolerance = \"1 %\"", 2, "allows no deviation at all"),
+        (
+            "value = 0, tolerance = \"1 J\"",
+            "value = 0, tolerance = \"-1 J\"",
+            2,
+            "the case \"membrane\": `kinetic_energy`: a tolerance of -1 J is negative",
+        ),
+        ("tolerance = \"2 %\"", "tolerance = \"-2 %\"", 2, "`tip_displacement`: a tolerance of -2 % is negative"),
+        (
+            "check = [{ quantity = \"jaumann.T12\", at = { driven = 2 }, value = \"0.909297 Pa\", tolerance = \"1e-4 Pa\", source = \"sin 2\" }]",
+            "check = []",
+            2,
+            "the case \"shear\": `check` is empty",
+        ),
         ("points = [[0, 0], [\"5 ms\", \"2.18 mm\"]], ", "", 2, "needs either `points` or `file`"),
         ("file = \"curve.csv\"", "file = \"curve.csv\", points = [[0, 0]]", 2, "needs either `points` or `file`"),
         ("file = \"curve.csv\"", "file = \"no.csv\"", 5, "no.csv"),

@@ -281,7 +281,14 @@ impl Case {
         if self.command == Runner::Point && (self.mesh.is_some() || self.bits || !self.mirror.is_empty()) {
             return Some("a material point has no `mesh`, `bits` and `mirror`".to_owned());
         }
-        for Check { quantity, at, value, tolerance, .. } in &self.check {
+        if self.check.is_empty() {
+            return Some("`check` is empty: nothing could fail".to_owned());
+        }
+        for check in &self.check {
+            let Check { quantity, at, value, tolerance, .. } = check;
+            if check.allowance() < 0.0 {
+                return Some(format!("`{quantity}`: a tolerance of {tolerance} is negative"));
+            }
             if matches!(at, When::Where(places) if places.is_empty()) {
                 return Some("`at` names no column".to_owned());
             }
@@ -373,7 +380,7 @@ impl Check {
         Ok(match &self.at {
             When::Word(Word::Start) => column.first().copied().into_iter().collect(),
             When::Word(Word::End) => column.last().copied().into_iter().collect(),
-            When::Word(Word::Largest) => vec![column.iter().copied().fold(f64::NEG_INFINITY, f64::max)],
+            When::Word(Word::Largest) => vec![largest(column)],
             When::Word(Word::Always) => column.to_vec(),
             When::Where(places) => {
                 let reached =
@@ -382,6 +389,11 @@ impl Check {
             }
         })
     }
+}
+
+/// The largest of some numbers; none if one of them is none, which `f64::max` would pass over.
+fn largest(numbers: &[f64]) -> f64 {
+    numbers.iter().copied().fold(f64::NEG_INFINITY, |a, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) })
 }
 
 fn column<'a>(table: &'a Table, name: &str) -> Result<&'a [f64], String> {
@@ -395,4 +407,17 @@ fn where_reached(column: &[f64], other: &[f64], value: &Quantity) -> Result<f64,
     let after = after.ok_or_else(|| format!("{value} is never reached"))?;
     let part = (wanted - other[after - 1]) / (other[after] - other[after - 1]);
     Ok(column[after - 1] + part * (column[after] - column[after - 1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_of_numbers_with_one_that_is_none_is_none() {
+        assert_eq!(largest(&[-3.0, -1.0, -2.0]), -1.0);
+        for numbers in [[f64::NAN, 1.0, 2.0], [1.0, f64::NAN, 2.0], [1.0, 2.0, f64::NAN]] {
+            assert!(largest(&numbers).is_nan(), "{numbers:?}");
+        }
+    }
 }
