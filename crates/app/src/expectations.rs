@@ -70,14 +70,19 @@ pub fn table(outcomes: &[Outcome]) -> String {
     );
     for outcome in outcomes {
         let Outcome { probe, time, expected, found, tolerance, met } = outcome;
-        let deviation =
-            if *expected == 0.0 { String::new() } else { format!(" ({:+.2} %)", 100.0 * (found / expected - 1.0)) };
+        let deviation = if *expected == 0.0 { String::new() } else { format!(" ({} %)", deviation(*found, *expected)) };
         let verdict = if *met { "met" } else { "MISSED" };
         text.push_str(&format!(
             "{probe:width$}  {time:>12.5e}  {expected:>14.6e}  {found:>14.6e}  {tolerance:>12.3e}  {verdict:>9}{deviation}\n"
         ));
     }
     text
+}
+
+/// How far `found` is from `expected`, in per cent with its sign; what rounds to nothing has none.
+fn deviation(found: f64, expected: f64) -> String {
+    let text = format!("{:+.2}", 100.0 * (found / expected - 1.0));
+    if text == "-0.00" || text == "+0.00" { "0.00".to_owned() } else { text }
 }
 
 /// The expectations of a deck, in SI units and by the probes' positions.
@@ -124,4 +129,16 @@ pub fn resolve(deck: &Deck, diagnostics: &mut Diagnostics) -> Vec<Expectation> {
         expectations.push(Expectation { probe, moment, value: value.value, tolerance: allowed });
     }
     expectations
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_deviation_that_rounds_to_nothing_has_no_sign() {
+        let found = [0.999_99, 1.0, 1.000_01, 0.9991, 1.0123, f64::NAN];
+        let texts = found.map(|found| deviation(found, 1.0));
+        assert_eq!(texts, ["0.00", "0.00", "0.00", "-0.09", "+1.23", "NaN"]);
+    }
 }
