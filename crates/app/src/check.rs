@@ -234,7 +234,7 @@ fn in_words(problem: &Problem, forecast: &Forecast) -> String {
     let _ = write!(
         text,
         "\n  steps      {} or more: steps shrink where elements are squeezed\n  memory     about {memory}{left}\n  \
-         output     {} frames, at most {} before compression\n  time       {} at {}element steps/s, timed on real steps",
+         output     {} frames, at most {} before compression\n  time       {} or more at {}element steps/s, timed on real steps",
         count(forecast.steps_expected),
         count(forecast.frames_expected),
         bytes(forecast.output_bytes_at_most),
