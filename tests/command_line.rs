@@ -676,6 +676,8 @@ fn bench_writes_figures_for_programs() {
         let [elastic, flops, yielding] =
             [&row["elastic"]["flops"], &row["flops"], &row["yielding"]["flops"]].map(number);
         assert!(elastic <= flops && flops <= yielding, "{row}");
+        let is_of_hexes = row["element"].as_str().unwrap().starts_with("hex8");
+        assert!(if is_of_hexes { row["elements"] == 24 } else { number(&row["elements"]) > 0.0 }, "{row}");
         assert!(number(&row["bytes"]) > 0.0 && number(&row["runs"][0]["nanoseconds"]) > 0.0, "{row}");
     }
 }

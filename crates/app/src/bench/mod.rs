@@ -265,6 +265,7 @@ impl<'a> Bar<'a> {
         Row {
             element: element_name(*element),
             material: name,
+            elements: self.simulation.element_count(),
             elastic: elastic.into(),
             yielding: yielding.into(),
             yielding_share: self.yielding,

@@ -85,6 +85,8 @@ pub struct Row {
     pub element: &'static str,
     /// Material.
     pub material: &'static str,
+    /// Elements of its mesh.
+    pub elements: usize,
     /// Operations of an element step in which no point yields.
     pub elastic: Counts,
     /// Operations of one in which every point yields.
@@ -171,8 +173,8 @@ impl Report {
         match self.layout {
             Layout::Pairs => {
                 for problem in &self.problems {
-                    let title =
-                        format!("{}, {} hexes or as many tets", problem.lanes, format::count(problem.hexes as f64));
+                    let hexes = format::count(problem.hexes as f64);
+                    let title = format!("{}, {hexes} hexes or about as many tets", problem.lanes);
                     self.write_head(&mut text, &title, ["element", "material"]);
                     for row in &problem.rows {
                         write_row(&mut text, [row.element, row.material], row);
