@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use estar_io::{FrameContent, read_frame};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// The frames of a run; at least one.
 #[derive(Clone, Debug)]
@@ -17,12 +17,15 @@ impl Series {
         directory.join("results.pvd")
     }
 
-    /// Those of a directory.
+    /// Those of a directory, all of which are below it.
     ///
     /// # Errors
-    /// They cannot be read, or there are none.
+    /// They cannot be read, there are none, or one is elsewhere.
     pub fn of(directory: &Path) -> Result<Self, Failure> {
         let path = Self::file(directory);
+        if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
+            return Err(Failure::File(format!("error: {}: it is no regular file", path.display())));
+        }
         let text = std::fs::read_to_string(&path).map_err(Failure::reading(&path))?;
         let attribute = |tag: &str, name: &str| -> Option<String> {
             let (_, after) = tag.split_once(&format!("{name}=\""))?;
@@ -31,13 +34,22 @@ impl Series {
         let frames: Vec<(f64, PathBuf)> = text
             .split('<')
             .filter(|tag| tag.starts_with("DataSet"))
-            .filter_map(|tag| {
-                Some((attribute(tag, "timestep")?.parse().ok()?, directory.join(attribute(tag, "file")?)))
-            })
+            .filter_map(|tag| Some((attribute(tag, "timestep")?.parse().ok()?, attribute(tag, "file")?.into())))
             .collect();
         if frames.is_empty() {
             return Err(Failure::File(format!("error: {}: it names no frame", path.display())));
         }
+        // results may be a stranger's: they are not to lead to files that are none of theirs
+        let is_below =
+            |name: &Path| name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        if let Some((_, name)) = frames.iter().find(|(_, name)| !is_below(name)) {
+            return Err(Failure::File(format!(
+                "error: {}: it names {:?}, which is not below its directory",
+                path.display(),
+                name.display().to_string()
+            )));
+        }
+        let frames = frames.into_iter().map(|(time, name)| (time, directory.join(name))).collect();
         Ok(Self { frames })
     }
 
@@ -62,4 +74,35 @@ impl Series {
 
 fn read(path: &Path) -> Result<FrameContent, Failure> {
     read_frame(path).map_err(|error| Failure::File(format!("error: {error}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn naming(directory: &Path, name: &str) -> Result<Series, Failure> {
+        std::fs::write(Series::file(directory), format!("<DataSet timestep=\"0\" file=\"{name}\"/>")).unwrap();
+        Series::of(directory)
+    }
+
+    #[test]
+    fn frames_are_below_the_directory_that_names_them() {
+        let directory = tempfile::tempdir().unwrap();
+        let at = directory.path();
+        let found = naming(at, "fields/frame_00000.vtu").unwrap();
+        assert_eq!(found.frames, [(0.0, at.join("fields/frame_00000.vtu"))]);
+        for name in ["/dev/zero", "../frame_00000.vtu", "fields/../../frame_00000.vtu"] {
+            let told = naming(at, name).unwrap_err().to_string();
+            assert!(told.contains("not below its directory") && told.contains(name), "{told}");
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_frame_is_a_regular_file() {
+        let directory = tempfile::tempdir().unwrap();
+        std::os::unix::fs::symlink("/dev/zero", directory.path().join("frame.vtu")).unwrap();
+        let told = naming(directory.path(), "frame.vtu").unwrap().at(None).unwrap_err().to_string();
+        assert!(told.contains("no regular file"), "{told}");
+    }
 }

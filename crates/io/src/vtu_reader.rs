@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use flate2::read::ZlibDecoder;
@@ -20,7 +20,7 @@ pub enum FrameReadError {
         /// The file.
         path: PathBuf,
         /// What the system says.
-        source: std::io::Error,
+        source: io::Error,
     },
     /// The file is not as it was written.
     #[error("{}: no frame of this program: {what}", path.display())]
@@ -73,17 +73,38 @@ impl FrameContent {
 /// # Errors
 /// The file cannot be read, or is not as it was written.
 pub fn read_frame(path: &Path) -> Result<FrameContent, FrameReadError> {
-    read_frame_with(path, |_| true)
+    read_frame_with(path, u64::MAX, |_| true)
 }
 
 /// Reads the frame of a file, but of its fields only the numbers of those that are wanted by name: the others are there with their
-/// components and without numbers. Unpacking is most of the work.
+/// components and without numbers. Unpacking is most of the work. What has more bytes than `largest` is refused, and so is what is no
+/// regular file: a device has no end.
 ///
 /// # Errors
 /// The file cannot be read, or is not as it was written.
-pub fn read_frame_with(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<FrameContent, FrameReadError> {
-    let bytes = fs::read(path).map_err(|source| FrameReadError::Unreadable { path: path.to_owned(), source })?;
+pub fn read_frame_with(
+    path: &Path,
+    largest: u64,
+    wanted: impl Fn(&str) -> bool,
+) -> Result<FrameContent, FrameReadError> {
+    let bytes =
+        regular(path, largest).map_err(|source| FrameReadError::Unreadable { path: path.to_owned(), source })?;
     frame_of(&bytes, wanted).map_err(|what| FrameReadError::Content { path: path.to_owned(), what })
+}
+
+/// The content of a regular file of so many bytes at most.
+fn regular(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
+    let metadata = fs::metadata(path)?;
+    if !metadata.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
+    }
+    let mut bytes = Vec::new();
+    // one more than is kept, to know that there is more
+    fs::File::open(path)?.take(largest.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > largest {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, format!("it has more than {largest} bytes")));
+    }
+    Ok(bytes)
 }
 
 /// Reads a frame from the bytes of its file; an error says what is wrong.

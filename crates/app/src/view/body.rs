@@ -59,7 +59,7 @@ impl Bodies {
         }
         let is_choice = |name: &str| CHOICES.contains(&name);
         let is_wanted = |name: &str| name == GHOSTS || field.map_or_else(|| is_choice(name), |field| field == name);
-        let frame = read_frame_with(path, is_wanted).map_err(|error| error.to_string())?;
+        let frame = read_frame_with(path, LARGEST_FILE, is_wanted).map_err(|error| error.to_string())?;
         let content: Arc<[u8]> = self.packed(number, &frame, field, component)?.into();
         self.kept.push_front((key, Arc::clone(&content)));
         self.kept.truncate(MOST_KEPT);
