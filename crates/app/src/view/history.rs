@@ -128,7 +128,7 @@ impl HistoryTail {
             let Some(column) = place(name) else { return Vec::new() };
             let last = self.last.get(column).filter(|_| !is_last_kept);
             // what no number of JSON is becomes null
-            self.kept[column].iter().chain(last).map(|value| json!(*value as f32)).collect()
+            self.kept[column].iter().chain(last).map(|value| json!(rounded(*value))).collect()
         };
         let curve = |column: &&str| json!({ "name": crate::curves::plain(column), "values": values(column) });
         let panel = |panel: &crate::curves::CurvePanel| {
@@ -147,6 +147,11 @@ impl HistoryTail {
         });
         content.to_string().into_bytes()
     }
+}
+
+/// To seven significant digits, which are more than a curve shows and half as many as the number has.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
 }
 
 #[cfg(test)]
@@ -185,6 +190,20 @@ mod tests {
         fs::write(&path, format!("{HEAD}0,1,6\n1,2,6\n2,4,6\n3,4,6\n")).unwrap();
         tail.update(&path);
         assert_eq!(shown(&tail)["panels"][1]["curves"][0]["values"], json!([6.0, 6.0, 6.0, 6.0]));
+    }
+
+    #[test]
+    fn values_have_seven_digits_and_the_range_of_their_kind() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("history.csv");
+        fs::write(&path, format!("{HEAD}0,1,59.706358987\n1,1,-1.5e200\n2,1,1e-200\n3,1,inf\n")).unwrap();
+        let mut tail = HistoryTail::default();
+        tail.update(&path);
+        let text = String::from_utf8(tail.json()).unwrap();
+        assert!(
+            text.contains("[59.70636,-1.5e200,1e-200,null]") || text.contains("[59.70636,-1.5e+200,1e-200,null]"),
+            "{text}"
+        );
     }
 
     #[test]
