@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
+use std::process;
 
 /// The file that is locked. It stays when the run ends; the lock on it goes with the process, however that ends.
 pub const LOCK_FILE: &str = "estar.lock";
@@ -29,7 +30,8 @@ impl Lock {
                 let mut owner = String::new();
                 // who has it is told if it can be read
                 let _ = file.take(200).read_to_string(&mut owner);
-                let owner = if owner.trim().is_empty() { "another run" } else { owner.trim() };
+                let owner = owner.lines().next().map(str::trim).filter(|owner| !owner.is_empty());
+                let owner = owner.unwrap_or("another run");
                 return Err(Failure::File(format!(
                     "error: {} is written to by {owner}\nhelp: take another directory with --output, or wait for that run",
                     directory.display()
@@ -43,7 +45,9 @@ impl Lock {
         let mut write = || {
             file.set_len(0)?;
             file.rewind()?;
-            writeln!(file, "process {}{on_host}", std::process::id())
+            let started = started(process::id()).map_or(String::new(), |ticks| format!("started {ticks}\n"));
+            // at once, for those who read it meanwhile
+            file.write_all(format!("process {}{on_host}\n{started}", process::id()).as_bytes())
         };
         write().map_err(Failure::writing(&path))?;
         Ok(Self { _file: file })
@@ -53,7 +57,7 @@ impl Lock {
 /// Whether the process lives that took a directory last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holder {
-    /// It lives.
+    /// It lives; in a directory that does not tell when its process started, another one of the same number may.
     Alive,
     /// It has ended, one way or another.
     Gone,
@@ -66,16 +70,29 @@ impl Holder {
     pub fn of(directory: &Path) -> Self {
         let mut text = String::new();
         let read = File::open(directory.join(LOCK_FILE)).and_then(|file| file.take(200).read_to_string(&mut text));
-        let owner = text.trim().strip_prefix("process ").and_then(|rest| rest.split_once(" on "));
-        match (read, owner, host()) {
-            (Ok(_), Some((process, on)), Some(here)) if on == here => match process.parse::<u32>() {
-                Ok(process) if Path::new(&format!("/proc/{process}")).exists() => Self::Alive,
-                Ok(_) => Self::Gone,
-                Err(_) => Self::Unknown,
-            },
-            _ => Self::Unknown,
+        let mut lines = text.lines().map(str::trim);
+        let owner = lines.next().and_then(|line| line.strip_prefix("process ")?.split_once(" on "));
+        let (Ok(_), Some((process, on)), Some(here)) = (read, owner, host()) else { return Self::Unknown };
+        let Ok(process) = process.parse::<u32>() else { return Self::Unknown };
+        if on != here {
+            return Self::Unknown;
+        }
+        let told = lines.find_map(|line| line.strip_prefix("started ")?.parse::<u64>().ok());
+        match (told, started(process)) {
+            // the number is another process's by now, as after a restart of the machine
+            (Some(told), Some(now)) if told != now => Self::Gone,
+            _ if Path::new(&format!("/proc/{process}")).exists() => Self::Alive,
+            _ => Self::Gone,
         }
     }
+}
+
+/// When a process started, in ticks since the machine did, where the system tells it in a file.
+fn started(process: u32) -> Option<u64> {
+    let text = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // the second field is the program's name in brackets, which may have any sign in it; this is the 22nd
+    let (_, after_name) = text.rsplit_once(')')?;
+    after_name.split_whitespace().nth(22 - 3)?.parse().ok()
 }
 
 /// The name of this machine, where the system tells it in a file.
@@ -93,7 +110,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let first = Lock::acquire(directory.path()).unwrap();
         let told = Lock::acquire(directory.path()).unwrap_err().to_string();
-        assert!(told.contains(&format!("process {}", std::process::id())), "{told}");
+        assert!(told.contains(&format!("process {}", process::id())), "{told}");
         drop(first);
         Lock::acquire(directory.path()).unwrap();
     }
@@ -105,10 +122,15 @@ mod tests {
         let _lock = Lock::acquire(directory.path()).unwrap();
         let Some(here) = host() else { return };
         assert_eq!(Holder::of(directory.path()), Holder::Alive);
+        let own = process::id();
+        let since = started(own).unwrap();
         // numbers of processes do not go so far
         for (owner, holder) in [
             (format!("process 4294967295 on {here}"), Holder::Gone),
             (format!("process 4294967295 on {here}-2"), Holder::Unknown),
+            (format!("process {own} on {here}\n"), Holder::Alive),
+            (format!("process {own} on {here}\nstarted {since}\n"), Holder::Alive),
+            (format!("process {own} on {here}\nstarted {}\n", since + 1), Holder::Gone),
             ("process of another kind".to_owned(), Holder::Unknown),
         ] {
             std::fs::write(directory.path().join(LOCK_FILE), owner).unwrap();

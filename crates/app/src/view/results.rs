@@ -20,7 +20,7 @@ const END_OF_RECORDS: u64 = 16 * 1024;
 const SHOWN_OF_LOG: u64 = 6 * 1024;
 /// A summary is not so large.
 const LARGEST_SUMMARY: u64 = 4 << 20;
-/// A run that has told nothing for so long, in seconds, is said to be silent where nobody knows whether its process lives.
+/// A run that has told nothing for so long, in seconds, is said to be silent, whatever lives under the number of its process.
 const SILENCE: f64 = 60.0;
 
 /// The results of a directory.
@@ -67,7 +67,7 @@ enum Status {
     /// Nothing to be seen of it yet.
     Waiting,
     Running,
-    /// It has said nothing for long, and nobody knows whether it lives.
+    /// It has said nothing for long, and may live or not.
     Silent,
     /// Its process has gone without an end.
     Killed,
@@ -146,7 +146,10 @@ impl Results {
         if holder == Holder::Alive && written(&summary) < written(&file(LOCK_FILE)) {
             content = None;
         }
-        let status = status(content.as_ref(), progress.as_ref(), holder, age);
+        // a run that goes on has the lines of its earlier leg until it has its own
+        let taken = Stamp::of(&file(LOCK_FILE)).ok().and_then(|stamp| stamp.written.elapsed().ok());
+        let silence = age.map(|age| taken.map_or(age, |taken| age.min(taken.as_secs_f64())));
+        let status = status(content.as_ref(), progress.as_ref(), holder, silence);
         if !matches!(status, Status::Ended(_)) {
             content = None;
         }
@@ -232,8 +235,8 @@ impl Results {
     }
 }
 
-/// What is known of a run, put together.
-fn status(summary: Option<&Value>, progress: Option<&Value>, holder: Holder, age: Option<f64>) -> Status {
+/// What is known of a run, put together, with the seconds since it began or said anything.
+fn status(summary: Option<&Value>, progress: Option<&Value>, holder: Holder, silence: Option<f64>) -> Status {
     let step = |of: Option<&Value>, name: &str| of.and_then(|of| of.get(name)).and_then(Value::as_u64);
     let told = summary.and_then(|summary| summary.get("status")).and_then(Value::as_str);
     let has_gone_on = step(progress, "step") > step(summary, "steps") && told != Some("failed");
@@ -241,10 +244,9 @@ fn status(summary: Option<&Value>, progress: Option<&Value>, holder: Holder, age
         // the steps after its summary are those of a later leg; one that failed is left at the step before its last
         (Some(told), _, _) if !has_gone_on => Status::Ended(told.to_owned()),
         (_, None, Holder::Gone | Holder::Unknown) => Status::Waiting,
-        (_, _, Holder::Alive) => Status::Running,
         (_, Some(_), Holder::Gone) => Status::Killed,
-        (_, Some(_), Holder::Unknown) if age.is_some_and(|age| age > SILENCE) => Status::Silent,
-        (_, Some(_), Holder::Unknown) => Status::Running,
+        (_, Some(_), _) if silence.is_some_and(|silence| silence > SILENCE) => Status::Silent,
+        (_, _, Holder::Alive) | (_, Some(_), Holder::Unknown) => Status::Running,
     }
 }
 
@@ -293,7 +295,8 @@ mod tests {
         for (summary, progress, holder, age, expected) in [
             (None, None, Holder::Unknown, None, Status::Waiting),
             (None, None, Holder::Alive, None, Status::Running),
-            (None, at(5), Holder::Alive, Some(900.0), Status::Running),
+            (None, at(5), Holder::Alive, Some(1.0), Status::Running),
+            (None, at(5), Holder::Alive, Some(900.0), Status::Silent),
             (None, at(5), Holder::Gone, Some(1.0), Status::Killed),
             (None, at(5), Holder::Unknown, Some(1.0), Status::Running),
             (None, at(5), Holder::Unknown, Some(900.0), Status::Silent),
