@@ -18,6 +18,8 @@ use std::time::{Duration, Instant};
 struct Viewer {
     process: Child,
     port: u16,
+    /// What all paths begin with.
+    key: String,
 }
 
 impl Viewer {
@@ -27,11 +29,13 @@ impl Viewer {
         let mut process = command.spawn().unwrap();
         let mut line = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        Self { process, port: port_in(&line) }
+        let (port, key) = address_in(&line);
+        Self { process, port, key }
     }
 
     fn get(&self, target: &str) -> Answer {
-        ask(self.port, &format!("GET {target} HTTP/1.1\r\nHost: 127.0.0.1:{}\r\n\r\n", self.port))
+        let Self { port, key, .. } = self;
+        ask(*port, &format!("GET {key}{target} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n"))
     }
 
     fn state(&self) -> Value {
@@ -46,9 +50,13 @@ impl Drop for Viewer {
     }
 }
 
-fn port_in(line: &str) -> u16 {
+/// Port and key.
+fn address_in(line: &str) -> (u16, String) {
     let (_, after) = line.split_once("http://127.0.0.1:").unwrap_or_else(|| panic!("no address in {line:?}"));
-    after.split('/').next().unwrap().parse().unwrap()
+    let mut parts = after.split('/');
+    let (port, key) = (parts.next().unwrap().parse().unwrap(), parts.next().unwrap());
+    assert!(key.len() == 32 && key.bytes().all(|byte| byte.is_ascii_hexdigit()), "{line:?}");
+    (port, format!("/{key}"))
 }
 
 /// An answer of the page.
@@ -148,7 +156,7 @@ fn only_fixed_parts_are_served_and_only_to_this_host_and_only_to_be_looked_at() 
     let workshop = Workshop::new();
     run_box(&workshop);
     let viewer = Viewer::of(&workshop, "deck");
-    let port = viewer.port;
+    let (port, key) = (viewer.port, &viewer.key);
     for (target, kind) in [
         ("/", "text/html; charset=utf-8"),
         ("/page.css", "text/css; charset=utf-8"),
@@ -168,9 +176,13 @@ fn only_fixed_parts_are_served_and_only_to_this_host_and_only_to_be_looked_at() 
         assert_eq!(answer.header("Cross-Origin-Resource-Policy"), "same-origin");
         assert_eq!(answer.header("Access-Control-Allow-Origin"), "");
         // nothing of another address is loaded
+        for wrong in [String::new(), key.replace(|sign: char| sign.is_ascii_digit(), "a"), "/".repeat(33)] {
+            let answer = ask(port, &format!("GET {wrong}{target} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n"));
+            assert_eq!(answer.status, 404, "{wrong}{target}");
+        }
         let text = answer.text().replace("http://www.w3.org/2000/svg", "");
         assert!(!text.contains("http://") && !text.contains("https://"), "{target}");
-        let head = ask(port, &format!("HEAD {target} HTTP/1.1\r\nHost: localhost:{port}\r\n\r\n"));
+        let head = ask(port, &format!("HEAD {key}{target} HTTP/1.1\r\nHost: localhost:{port}\r\n\r\n"));
         assert_eq!((head.status, head.body.len(), head.header("Content-Type")), (200, 0, kind));
     }
     for target in [
@@ -186,7 +198,7 @@ fn only_fixed_parts_are_served_and_only_to_this_host_and_only_to_be_looked_at() 
         assert!([400, 404].contains(&viewer.get(target).status), "{target}");
     }
     for host in ["example.org", "127.0.0.1", "localhost:1", &format!("127.0.0.1.example.org:{port}"), ""] {
-        let answer = ask(port, &format!("GET /state.json HTTP/1.1\r\nHost: {host}\r\n\r\n"));
+        let answer = ask(port, &format!("GET {key}/state.json HTTP/1.1\r\nHost: {host}\r\n\r\n"));
         assert_eq!(answer.status, 403, "{host}");
         assert!(!answer.text().contains("flies"));
     }
@@ -229,7 +241,7 @@ fn hostile_requests_neither_stop_the_page_nor_fill_the_memory() {
     let workshop = Workshop::new();
     run_box(&workshop);
     let viewer = Viewer::of(&workshop, "deck");
-    let port = viewer.port;
+    let (port, key) = (viewer.port, &viewer.key);
     let host = format!("Host: 127.0.0.1:{port}\r\n");
     // what is answered, or that the connection is closed
     let told = |bytes: &[u8]| -> Option<u16> {
@@ -256,9 +268,9 @@ fn hostile_requests_neither_stop_the_page_nor_fill_the_memory() {
         format!("GET / HTTP/1.1\r\n{host}X: {}", "x".repeat(8 << 20)).into_bytes(),
         format!("GET / HTTP/1.1\r\n{host}Content-Length: 99999999999999999999\r\n\r\n").into_bytes(),
         format!("GET / HTTP/1.1\r\n{host}Transfer-Encoding: chunked\r\n\r\nffffffffffffffff\r\n").into_bytes(),
-        format!("GET /surface?frame=99999999999999999999999 HTTP/1.1\r\n{host}\r\n").into_bytes(),
-        format!("GET /surface?field={} HTTP/1.1\r\n{host}\r\n", "v".repeat(10_000)).into_bytes(),
-        format!("GET /surface?{} HTTP/1.1\r\n{host}\r\n", "frame=0&".repeat(1000)).into_bytes(),
+        format!("GET {key}/surface?frame=99999999999999999999999 HTTP/1.1\r\n{host}\r\n").into_bytes(),
+        format!("GET {key}/surface?field={} HTTP/1.1\r\n{host}\r\n", "v".repeat(10_000)).into_bytes(),
+        format!("GET {key}/surface?{} HTTP/1.1\r\n{host}\r\n", "frame=0&".repeat(1000)).into_bytes(),
         format!("GET / HTTP/1.1\r\nHost: \u{202e}\r\n{host}\r\n").into_bytes(),
     ] {
         let status = told(&bytes);
@@ -289,7 +301,7 @@ fn hostile_requests_neither_stop_the_page_nor_fill_the_memory() {
     loop {
         let mut bytes = Vec::new();
         let mut stream = connect(port);
-        let sent = stream.write_all(format!("GET /state.json HTTP/1.1\r\n{host}\r\n").as_bytes());
+        let sent = stream.write_all(format!("GET {key}/state.json HTTP/1.1\r\n{host}\r\n").as_bytes());
         if sent.is_ok() && stream.read_to_end(&mut bytes).is_ok() && bytes.starts_with(b"HTTP/1.1 200") {
             break;
         }
@@ -336,6 +348,8 @@ fn what_is_not_there_yet_or_cut_short_is_waited_for() {
 
     workshop.estar(&["view", "nowhere"]).assert(4, &["nowhere is no directory"]);
     workshop.estar(&["view", "deck.toml"]).assert(4, &["deck.toml is no directory"]);
+    // the folder of the deck, where nothing would ever come
+    workshop.estar(&["view", "."]).assert(2, &[". has no results of a run", "deck", "empty"]);
 }
 
 /// A box of more hexes that takes some seconds.
@@ -363,8 +377,8 @@ fn a_watched_run_is_shown_while_it_runs_and_ends_as_any_other() {
     let mut errors = BufReader::new(process.stderr.take().unwrap());
     let mut line = String::new();
     errors.read_line(&mut line).unwrap();
-    let port = port_in(&line);
-    let get = |target: &str| ask(port, &format!("GET {target} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n"));
+    let (port, key) = address_in(&line);
+    let get = |target: &str| ask(port, &format!("GET {key}{target} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n"));
 
     let mut seen = Vec::new();
     let begin = Instant::now();
@@ -474,14 +488,14 @@ impl Browser {
         Some(Self { process, to, from, session: None, count: 0, errors: Vec::new() })
     }
 
-    fn open(&mut self, port: u16) {
+    fn open(&mut self, port: u16, key: &str) {
         let page = self.tell("Target.createTarget", json!({ "url": "about:blank" }));
         let attached = json!({ "targetId": page["targetId"], "flatten": true });
         self.session = self.tell("Target.attachToTarget", attached)["sessionId"].as_str().map(str::to_owned);
         for domain in ["Page.enable", "Runtime.enable", "Log.enable"] {
             self.tell(domain, json!({}));
         }
-        self.tell("Page.navigate", json!({ "url": format!("http://127.0.0.1:{port}/") }));
+        self.tell("Page.navigate", json!({ "url": format!("http://127.0.0.1:{port}{key}/") }));
     }
 
     /// What a method answers.
@@ -622,7 +636,7 @@ fn chromium_shows_progress_curves_and_a_body_that_turns_with_the_mouse() {
     let Some(mut browser) = Browser::start(&workshop) else { return };
     run_box(&workshop);
     let viewer = Viewer::of(&workshop, "deck");
-    browser.open(viewer.port);
+    browser.open(viewer.port, &viewer.key);
     browser.wait_until("document.getElementById('scene')?.dataset.frame === '4'");
     let text = browser.text();
     let hash = workshop.summary()["state_hash"].as_str().unwrap().to_owned();
@@ -710,7 +724,8 @@ fn chromium_follows_a_watched_run_to_its_end() {
     let mut errors = BufReader::new(process.stderr.take().unwrap());
     let mut line = String::new();
     errors.read_line(&mut line).unwrap();
-    browser.open(port_in(&line));
+    let (port, key) = address_in(&line);
+    browser.open(port, &key);
     browser.wait_until("document.getElementById('status')?.innerText === 'running'");
     browser.wait_until("document.getElementById('scene').dataset.frame !== undefined");
     browser.wait_until("document.getElementById('status').innerText === 'finished'");

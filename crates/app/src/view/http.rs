@@ -34,7 +34,7 @@ Connection: close\r\n";
 pub struct Request {
     /// Whether only the head of the answer is wanted.
     pub is_head: bool,
-    /// The path of the address.
+    /// The path of the address behind the key.
     pub path: String,
     /// Names and values behind the question mark.
     pub query: Vec<(String, String)>,
@@ -98,11 +98,11 @@ fn left(end: Instant) -> io::Result<Duration> {
     if left.is_zero() { Err(ErrorKind::TimedOut.into()) } else { Ok(left) }
 }
 
-/// Reads a request to one of these hosts.
+/// Reads a request to one of these hosts by one who knows the key, which the path begins with.
 ///
 /// # Errors
 /// The answer to what is no such request; none where nobody waits for one.
-pub fn read(stream: &mut TcpStream, hosts: &[String]) -> Result<Request, Option<Response>> {
+pub fn read(stream: &mut TcpStream, hosts: &[String], key: &str) -> Result<Request, Option<Response>> {
     let end = Instant::now() + READ_TIME;
     let mut head = Vec::new();
     loop {
@@ -118,7 +118,7 @@ pub fn read(stream: &mut TcpStream, hosts: &[String]) -> Result<Request, Option<
             }
             Err(_) => return Err(None),
         }
-        match parse(&head, hosts) {
+        match parse(&head, hosts, key) {
             Ok(Some(request)) => return Ok(request),
             Ok(None) if head.len() > LONGEST_HEAD => {
                 return Err(Some(Response::refusal("431 Request Header Fields Too Large", "the request is too long")));
@@ -147,7 +147,7 @@ pub fn close(stream: &mut TcpStream) {
 ///
 /// # Errors
 /// The answer to what is no request to one of these hosts.
-fn parse(bytes: &[u8], hosts: &[String]) -> Result<Option<Request>, Response> {
+fn parse(bytes: &[u8], hosts: &[String], key: &str) -> Result<Option<Request>, Response> {
     let malformed = |what: &str| Response::refusal("400 Bad Request", what);
     let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
     let mut parsed = httparse::Request::new(&mut headers);
@@ -187,6 +187,7 @@ fn parse(bytes: &[u8], hosts: &[String]) -> Result<Option<Request>, Response> {
     if !path.starts_with('/') || !path.bytes().chain(query.bytes()).all(is_plain) {
         return Err(malformed("the address has signs that none of this page has"));
     }
+    let path = behind(path, key).ok_or_else(|| Response::refusal("404 Not Found", "the page has no such part"))?;
     let pair = |piece: &str| piece.split_once('=').map(|(name, value)| (name.to_owned(), value.to_owned()));
     // browsers say whose page asks; one of another site may lead here, but is given no work to do
     let is_of_others = |site: &&[u8]| !matches!(site.trim_ascii(), b"same-origin" | b"none");
@@ -198,13 +199,24 @@ fn parse(bytes: &[u8], hosts: &[String]) -> Result<Option<Request>, Response> {
     Ok(Some(Request { is_head, path: path.to_owned(), query }))
 }
 
+/// The rest of a path that begins with the key. How much of it is wrong cannot be told from the time that this takes.
+fn behind<'a>(path: &'a str, key: &str) -> Option<&'a str> {
+    let (own, rest) = path.split_at_checked(key.len())?;
+    let difference = own.bytes().zip(key.bytes()).fold(0, |sum, (own, key)| sum | (own ^ key));
+    (difference == 0 && rest.starts_with('/')).then_some(rest)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn asked(text: &str) -> Result<Option<Request>, &'static str> {
+        asked_with(text, "")
+    }
+
+    fn asked_with(text: &str, key: &str) -> Result<Option<Request>, &'static str> {
         let hosts = ["127.0.0.1:8000", "localhost:8000"].map(str::to_owned);
-        parse(text.as_bytes(), &hosts).map_err(|refusal| &refusal.status[..3])
+        parse(text.as_bytes(), &hosts, key).map_err(|refusal| &refusal.status[..3])
     }
 
     #[test]
@@ -223,6 +235,20 @@ mod tests {
             assert!(asked(&format!("GET {site}\r\nHost: localhost:8000\r\n\r\n")).unwrap().is_some(), "{site}");
         }
         assert!(asked("HEAD / HTTP/1.1\r\nHost: 127.0.0.1:8000\r\n\r\n").unwrap().unwrap().is_head);
+    }
+
+    #[test]
+    fn a_request_has_the_key() {
+        let path = |path: &str, site: &str| {
+            let text = format!("GET {path} HTTP/1.1\r\nHost: localhost:8000\r\nSec-Fetch-Site: {site}\r\n\r\n");
+            asked_with(&text, "/0a1b").map(|request| request.unwrap().path)
+        };
+        assert_eq!(path("/0a1b/", "cross-site").unwrap(), "/");
+        assert_eq!(path("/0a1b/page.js", "same-origin").unwrap(), "/page.js");
+        assert_eq!(path("/0a1b/page.js", "cross-site"), Err("403"));
+        for wrong in ["/", "/page.js", "/0a1b", "/0a1", "/0a1c/", "/0A1B/", "/0a1b0/", "/0a1bpage.js", "//0a1b/"] {
+            assert_eq!(path(wrong, "same-origin"), Err("404"), "{wrong}");
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod server;
 
 use crate::console::{print, tell};
 use crate::failure::Failure;
+use crate::lock::LOCK_FILE;
 use crate::signals;
 use clap::Args;
 use server::Server;
@@ -38,6 +39,9 @@ pub fn view(arguments: &ViewArguments) -> Result<(), Failure> {
             directory.display()
         )));
     }
+    if let Some(failure) = one_above(directory) {
+        return Err(failure);
+    }
     let is_interrupted = signals::interruption();
     let server = Server::start(directory)
         .map_err(|error| Failure::File(format!("error: the page cannot be served on this machine: {error}")))?;
@@ -46,6 +50,30 @@ pub fn view(arguments: &ViewArguments) -> Result<(), Failure> {
         std::thread::sleep(Duration::from_millis(100));
     }
     Ok(())
+}
+
+/// What is wrong with a directory that has nothing of a run while one below it has, as that of a deck: nothing would ever come.
+fn one_above(directory: &Path) -> Option<Failure> {
+    const OF_A_RUN: [&str; 6] = ["run.jsonl", "summary.json", "history.csv", "results.pvd", "estar.log", LOCK_FILE];
+    const MOST_NAMED: usize = 5;
+    if OF_A_RUN.iter().any(|name| directory.join(name).exists()) {
+        return None;
+    }
+    let below = std::fs::read_dir(directory).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+    let has_run = |path: &PathBuf| OF_A_RUN[..2].iter().any(|name| path.join(name).is_file());
+    let mut runs: Vec<PathBuf> = below.filter(has_run).collect();
+    runs.sort();
+    let mut named: Vec<String> = runs.iter().take(MOST_NAMED).map(|run| run.display().to_string()).collect();
+    if runs.len() > MOST_NAMED {
+        named.push("others".to_owned());
+    }
+    (!runs.is_empty()).then(|| {
+        Failure::Input(format!(
+            "error: {} has no results of a run\nhelp: these have: {}",
+            directory.display(),
+            named.join(", ")
+        ))
+    })
 }
 
 /// The page of a run that this process computes. It never changes what comes of the run.

@@ -48,7 +48,7 @@ function setText(place, text) {
 
 async function poll() {
   try {
-    const answer = await fetch("/state.json");
+    const answer = await fetch("state.json");
     if (!answer.ok) throw new Error(await answer.text());
     state = await answer.json();
     showState();
@@ -148,7 +148,7 @@ function showProgress(progress, summary) {
 function showNotes() {
   const notes = state.notes.map((note) => element("p", note));
   const age = duration(state.age);
-  if (state.status === "silent") notes.push(element("p", `The run has told nothing for ${age}. It may take long steps, or it was killed.`));
+  if (state.status === "silent") notes.push(element("p", `The run has told nothing for ${age}. It may take long steps, or it was held or killed.`));
   if (state.status === "killed") notes.push(element("p", `The process of the run is gone and left no result, ${age} ago. --resume goes on from its newest checkpoint.`, "bad"));
   if (state.status === "running" && state.age > 5) notes.push(element("p", `Last news ${age} ago.`));
   if (part("notes").textContent !== notes.map((note) => note.textContent).join("")) part("notes").replaceChildren(...notes);
@@ -224,7 +224,7 @@ function showFrames() {
 async function askHistory() {
   const version = state.history_version;
   if (version === shown.history || version === "") return;
-  const answer = await fetch("/history.json");
+  const answer = await fetch("history.json");
   if (!answer.ok) return;
   curves.show(await answer.json());
   shown.history = version;
@@ -246,7 +246,7 @@ async function askSurface() {
   if (frame !== null) query.set("frame", frame);
   shown.isAsking = true;
   try {
-    const answer = await fetch(`/surface?${query}`);
+    const answer = await fetch(`surface?${query}`);
     if (answer.ok) {
       surface = decode(await answer.arrayBuffer());
       showSurface();

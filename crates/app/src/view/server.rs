@@ -1,4 +1,4 @@
-//! Serves the page on this machine, and on no other address: a thread that listens, and one for each connection, of which there
+//! Serves the page on this machine, and on no other address, to those who know its key: a thread that listens, and one for each connection, of which there
 //! are never many.
 
 use super::http::{self, Request, Response};
@@ -29,6 +29,8 @@ pub struct Server {
 struct Shared {
     results: Results,
     hosts: [String; 2],
+    /// What the paths of all parts begin with.
+    key: String,
     is_stopping: AtomicBool,
     connections: AtomicUsize,
     asked: Mutex<Asked>,
@@ -51,9 +53,11 @@ impl Server {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
         let address = listener.local_addr()?;
         let port = address.port();
+        let key = key()?;
         let shared = Arc::new(Shared {
             results: Results::of(directory),
             hosts: [format!("127.0.0.1:{port}"), format!("localhost:{port}")],
+            key,
             is_stopping: AtomicBool::new(false),
             connections: AtomicUsize::new(0),
             asked: Mutex::default(),
@@ -65,7 +69,7 @@ impl Server {
 
     /// Where a browser finds the page.
     pub fn address(&self) -> String {
-        format!("http://{}/", self.address)
+        format!("http://{}{}/", self.address, self.shared.key)
     }
 
     /// Waits until a page that is open has been told how the run ended, but not longer than this.
@@ -91,6 +95,13 @@ impl Drop for Server {
         // the listener looks up when somebody comes
         let _ = TcpStream::connect_timeout(&self.address, PAUSE);
     }
+}
+
+/// A path that nobody guesses: whoever has an account on this machine can reach the port.
+fn key() -> io::Result<String> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).map_err(io::Error::other)?;
+    Ok(format!("/{:032x}", u128::from_ne_bytes(bytes)))
 }
 
 /// Counts a connection as long as it lives.
@@ -133,7 +144,7 @@ fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
 }
 
 fn serve(mut stream: TcpStream, shared: &Shared) {
-    let (is_head, response) = match http::read(&mut stream, &shared.hosts) {
+    let (is_head, response) = match http::read(&mut stream, &shared.hosts, &shared.key) {
         Ok(request) => (request.is_head, shared.answer(&request)),
         Err(Some(refusal)) => (false, refusal),
         Err(None) => return,
