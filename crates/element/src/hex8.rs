@@ -21,6 +21,7 @@
 //! B-bar: the same with the volume change of the whole element, J̄ = v/V and θ̄ = ∫ tr D dv / v, and with the mean pressure in
 //! the forces, which makes their power the stress power: ∫ T : D̄ dv = ∫ (dev T : D + p̄ tr D) dv with p̄ v = ∫ p dv.
 
+use crate::PER_ROOT_3;
 use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
 use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate, Tangent, stiffening};
 use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metrics};
@@ -46,7 +47,7 @@ pub const CORNER_SIGNS: [[f64; 3]; CORNERS] = [
 ];
 
 /// Coordinate of the Gauss points, 1/√3.
-const GAUSS: f64 = 0.577_350_269_189_625_8;
+const GAUSS: f64 = PER_ROOT_3;
 
 /// A vector at each corner.
 pub type CornerVectors<R> = [Vector3<R>; CORNERS];

@@ -13,6 +13,7 @@
 //! q̇_α = v_α − L̄ c_α, α = ξη, ηζ, ζξ, ξηζ: none in any linear motion. Forces Q_α on them have the power Σ Q_α · q̇_α; they turn
 //! with the element, Q̂ = RᵀQ.
 
+use crate::PER_ROOT_3;
 use crate::bulk_viscosity::{ViscousState, damped_step_factor};
 use crate::element::{Element, ElementHistory, ElementStep, Tangent, stiffening};
 use crate::hex8::{
@@ -26,8 +27,6 @@ use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, inli
 const HOURGLASS: usize = 4;
 /// Modes with a mean gradient: all but ξηζ.
 const LINKED: usize = 6;
-/// 1/√3.
-const PER_ROOT_3: f64 = 0.577_350_269_189_625_8;
 /// Squares of what takes a mode as scaled above back to its coefficient: ξη, ηζ, ζξ, ξηζ.
 const UNSCALED_SQUARED: [f64; HOURGLASS] = [3.0 / 64.0, 3.0 / 64.0, 3.0 / 64.0, 1.0 / 64.0];
 
@@ -150,6 +149,23 @@ impl<R: Real> MeanOperator<R> {
         squares(&[xi, eta, zeta]) + squares(&[xi_eta, eta_zeta, zeta_xi]) * R::splat(1.0 / 3.0)
     }
 
+    /// Stiffness of the stiffest uniform strain, V (2μ λ_max + λ⁺ tr) of Σ_a b̄_a b̄_aᵀ, N/m.
+    #[inline(always)]
+    fn uniform_stiffness(&self, elasticity: &IsotropicElasticity) -> R {
+        let bounds =
+            ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
+        bounds.stiffness(&Metrics::of(&self.spread()).greatest()) * self.per_weight * 0.125
+    }
+
+    /// Upper bound of c = λ_max(B̄ᵀB̄ XᵀX) of the places X of the corners: tr − 2, since B̄ᵀX = I leaves no principal value below 1.
+    #[inline(always)]
+    fn obliqueness(&self, position: &Modes<R>) -> R {
+        let [xi, eta, zeta, xi_eta, eta_zeta, zeta_xi, xi_eta_zeta] = *position;
+        // XᵀX = Σ_a x_a x_aᵀ times 8
+        let places = squares(&[xi, eta, zeta, xi_eta_zeta]) + squares(&[xi_eta, eta_zeta, zeta_xi]) * R::splat(3.0);
+        (self.spread().double_dot(&places) * (self.per_weight * self.per_weight) - 2.0).max(R::splat(1.0))
+    }
+
     /// Σ_m f_m ⊗ g_m/W, the mean gradient of a field.
     #[inline(always)]
     fn gradient(&self, field: &Modes<R>) -> Tensor<R> {
@@ -167,20 +183,20 @@ impl<R: Real> MeanOperator<R> {
         }
         Tensor { columns }
     }
+}
 
-    /// What of the hourglass modes of a field the mean gradient of it does not see.
-    #[inline(always)]
-    fn slips(gradient: &Tensor<R>, field: &Modes<R>, position: &Modes<R>) -> [Vector3<R>; HOURGLASS] {
-        let mut slips = [Vector3::zero(); HOURGLASS];
-        for (alpha, slip) in slips.iter_mut().enumerate() {
-            let mut rest = field[3 + alpha];
-            for (column, component) in gradient.columns.iter().zip(position[3 + alpha].0) {
-                rest = column.mul_add(-component, rest);
-            }
-            *slip = rest;
+/// What of the hourglass modes of a field its mean gradient does not see.
+#[inline(always)]
+fn slips<R: Real>(gradient: &Tensor<R>, field: &Modes<R>, position: &Modes<R>) -> [Vector3<R>; HOURGLASS] {
+    let mut slips = [Vector3::zero(); HOURGLASS];
+    for (alpha, slip) in slips.iter_mut().enumerate() {
+        let mut rest = field[3 + alpha];
+        for (column, component) in gradient.columns.iter().zip(position[3 + alpha].0) {
+            rest = column.mul_add(-component, rest);
         }
-        slips
+        *slip = rest;
     }
+    slips
 }
 
 /// a × b + c × d.
@@ -395,8 +411,8 @@ impl Element<CORNERS> for HourglassControl {
         let jacobian = now.weight * initially.per_weight;
         let volume = now.volume();
 
-        // (i) the mean motion, the rotation first: a chain of operations each of which waits for the last, beside which the
-        // processor has time for the rates
+        // (i) the mean motion and what the bound needs of the geometry, the rotation first: a chain of operations each of which
+        // waits for the last, beside which the processor has time for all the rest
         let mean_gradient = initially.weighted_gradient(&position);
         let rotation_old = history.rotations[0];
         let rotation = Rotation::nearest(&mean_gradient, rotation_old);
@@ -410,19 +426,9 @@ impl Element<CORNERS> for HourglassControl {
         let midway = MeanOperator::new(&half);
         let volume_half = midway.volume();
         let velocity_gradient = midway.gradient(&velocity);
-        let mut slip_rates = MeanOperator::slips(&velocity_gradient, &velocity, &half);
-        let bounds =
-            ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
-        let spread = now.spread();
-        let metric = Metrics::of(&spread).greatest();
-        // stiffness of the stiffest uniform strain: V (2μ λ_max + λ⁺ tr) of Σ b̄ b̄ᵀ, N/m
-        let uniform = bounds.stiffness(&metric) * now.per_weight * 0.125;
-        let obliqueness = {
-            // c = λ_max(B̄ᵀB̄ XᵀX) ≤ tr − 2, since B̄ᵀX = I leaves no principal value below 1
-            let [xi, eta, zeta, xi_eta, eta_zeta, zeta_xi, xi_eta_zeta] = position;
-            let places = squares(&[xi, eta, zeta, xi_eta_zeta]) + squares(&[xi_eta, eta_zeta, zeta_xi]) * R::splat(3.0);
-            (spread.double_dot(&places) * (now.per_weight * now.per_weight) - 2.0).max(R::splat(1.0))
-        };
+        let mut slip_rates = slips(&velocity_gradient, &velocity, &half);
+        let uniform = now.uniform_stiffness(elasticity);
+        let obliqueness = now.obliqueness(&position);
         // the volume is that of the hex, not of its mean gradient
         let deformation_gradient = mean_gradient * (jacobian / mean_gradient.determinant()).cbrt();
         let motion_of_point = M::Motion::new(&StepKinematics {
@@ -470,9 +476,9 @@ impl Element<CORNERS> for HourglassControl {
                 let flow = material.equivalent_plastic_strain(&update.state) - strain_old;
                 let equivalent = (stress.deviator().norm_squared() * 1.5).sqrt();
                 let returned = equivalent / flow.mul_add(R::splat(3.0 * elasticity.shear_modulus()), equivalent);
-                let share = R::select(flow.gt(zero), returned, R::splat(1.0));
+                let kept = R::select(flow.gt(zero), returned, R::splat(1.0));
                 for (force, increment) in forces.iter_mut().zip(increments) {
-                    *force = (*force + increment) * share;
+                    *force = (*force + increment) * kept;
                 }
             }
             Self::Stiffness { coefficient } => {
@@ -501,16 +507,17 @@ impl Element<CORNERS> for HourglassControl {
         }
         let internal_force = corner_forces(&now, &stress.plus_spherical(-viscous_pressure), &forces, &position);
 
-        // (v) Δt = 2/ω, ω² ≤ λ/m
-        let share = obliqueness * 0.125;
-        let largest = larger_root(uniform, hourglass_stiffness * share, obliqueness);
+        // (v) Δt = 2/ω, ω² ≤ λ/m; of motions q = Γ u with Γ = (I − X B̄ᵀ)/√8 on the hourglass modes, |Γ|² ≤ |X B̄ᵀ|²/8 ≤ c/8, since a
+        // projection and its complement have one norm
+        let of_corners = obliqueness * 0.125;
+        let largest = largest_stiffness(uniform, hourglass_stiffness * of_corners, obliqueness);
         let mut undamped = (motion.corner_mass / largest).sqrt() * 2.0;
         if let Some(ratio) = material.stiffening(&motion_of_point) {
             undamped = undamped / ratio.sqrt();
         }
         history.stable_time_step = undamped;
         // damping ratio ξ = C/(2 m ω) of the hourglass viscosity
-        let hourglass_damping = hourglass_viscosity * share * undamped / (motion.corner_mass * 4.0);
+        let hourglass_damping = hourglass_viscosity * of_corners * undamped / (motion.corner_mass * 4.0);
         let damping = viscous.map_or(zero, |response| response.damping_ratio) + hourglass_damping;
         let mean_pressure = (history.viscous_pressure + viscous_pressure) * 0.5;
         let viscous_energy = -(mean_pressure * volumetric_rate * volume_half * step.time_step);
@@ -551,14 +558,7 @@ impl Element<CORNERS> for HourglassControl {
         let stiffening = stiffening(self, elasticity, stable_time_step, motion);
         let hourglass_modulus = match self {
             Self::Physical => zero,
-            Self::Stiffness { coefficient } => {
-                let bounds = ElasticBounds {
-                    shear_modulus: elasticity.shear_modulus(),
-                    bulk_modulus: elasticity.bulk_modulus(),
-                };
-                let metric = Metrics::of(&now.spread()).greatest();
-                bounds.stiffness(&metric) * now.per_weight * stiffening * coefficient
-            }
+            Self::Stiffness { coefficient } => now.uniform_stiffness(elasticity) * stiffening * (8.0 * coefficient),
             Self::Viscous { coefficient } => viscosity(coefficient, elasticity, jacobian, now.volume()) * per_half_step,
         };
         Tangent { stiffening, viscous_modulus, hourglass_modulus }
@@ -581,7 +581,7 @@ impl Element<CORNERS> for HourglassControl {
         let bulk = tangent.stiffening.mul_add(R::splat(elasticity.bulk_modulus()), tangent.viscous_modulus);
         let tension = (double_shear * (-1.0 / 3.0) + bulk) * strain.trace();
         let stress = (strain * double_shear).plus_spherical(tension);
-        let mut forces = MeanOperator::slips(&gradient, &displacement, &position);
+        let mut forces = slips(&gradient, &displacement, &position);
         if self == Self::Physical {
             let [xi, eta, zeta, ..] = position;
             forces = AssumedStrain::new(elasticity).forces(&forces, &Tangents::new([xi, eta, zeta]), now.volume());
@@ -597,12 +597,12 @@ impl Element<CORNERS> for HourglassControl {
     }
 }
 
-/// Upper bound of the principal values of A + B, both symmetric and not negative, A ≤ `uniform` on the fields that the mean
-/// gradient sees, B ≤ `hourglass` on those that it does not, and both zero on what is normal to these. The sines of the angles
-/// between the former and the fields that are linear in place, to which the latter are normal, are at most √(1 − 1/c) with the
-/// `obliqueness` c, so that the values are at most those of the matrix of `uniform`, `hourglass` and √(1 − 1/c) of their mean.
+/// Upper bound of the principal values of A + B, both symmetric and not negative: A ≤ `uniform` and zero but on the span of the b̄, B ≤
+/// `hourglass` and zero but on what is normal to the fields that are linear in place. B̄ᵀX = I and c = λ_max(B̄ᵀB̄ XᵀX), the `obliqueness`, say
+/// that no field of the span is more than arccos(1/√c) off the linear ones, so that the cosine between the two supports is at most
+/// s = √(1 − 1/c). Hence the values are at most those of the matrix of `uniform`, `hourglass` and s times their geometric mean beside the diagonal.
 #[inline(always)]
-fn larger_root<R: Real>(uniform: R, hourglass: R, obliqueness: R) -> R {
+fn largest_stiffness<R: Real>(uniform: R, hourglass: R, obliqueness: R) -> R {
     let half_difference = (uniform - hourglass) * 0.5;
     let coupling = uniform * hourglass * ((obliqueness - 1.0) / obliqueness);
     (uniform + hourglass).mul_add(R::splat(0.5), half_difference.mul_add(half_difference, coupling).sqrt())

@@ -8,3 +8,6 @@ pub mod stable_time_step;
 pub mod tet10;
 pub mod tet4;
 mod tet_parent;
+
+/// 1/√3.
+pub(crate) const PER_ROOT_3: f64 = 0.577_350_269_189_625_8;

@@ -22,6 +22,9 @@
 //!    over neighbours S of the volume change is self-adjoint in the sum over volumes and takes 1 to 1 with no negative share,
 //!    so that its norm is 1 and Σ_e V k (S θ)² ≤ Σ_e V k θ².
 //! 7. Wedges and pyramids are hexes some of whose corners move alike: the same quotients over fewer motions.
+//! 8. `hex8-one-point`: K = A + B with A of the mean gradient B̄ᵀu, ω² ≤ a/m alone by 2. with the metric V Σ_a b̄_a b̄_aᵀ in place of Σ_q G_q,
+//!    and B of the hourglass motions, ω² ≤ b/m alone. Both together are bounded where they are written
+//!    (`hex8_one_point.rs`, `largest_stiffness`).
 //!
 //! For bricks all are the same; they are equalities for a cube with λ ≥ 0 and for any brick with λ = 0, and at
 //! ν = 0.3 no brick loses more than 4 % of its exact step. What distorted hexes lose stands in
@@ -32,6 +35,7 @@
 //! distorted hexes they have imaginary parts of some 10⁻³ of the norm, and such vibrations of an elastic body grow at any
 //! step. The energy ledger shows it (figures in the verification manual).
 
+use crate::PER_ROOT_3;
 use estar_tensor::{Real, SymmetricTensor, Tensor};
 
 /// What the bound needs of the current geometry of an element, gathered over its points.
@@ -210,9 +214,8 @@ impl ElasticBounds {
 /// s, and ½ + s/√3 − (1/√3 − ½) s² touches it at both ends and lies above between.
 #[inline(always)]
 fn largest_root<R: Real>(r: R) -> R {
-    const SLOPE: f64 = 0.577_350_269_189_625_8;
     let s = (r * 0.5 + 0.5).sqrt();
-    (s * (0.5 - SLOPE) + SLOPE).mul_add(s, R::splat(0.5))
+    (s * (0.5 - PER_ROOT_3) + PER_ROOT_3).mul_add(s, R::splat(0.5))
 }
 
 #[cfg(test)]

@@ -40,26 +40,28 @@ impl PatchRows<'_, 4> {
 impl<const FIELDS: usize> PatchRows<'_, FIELDS> {
     /// Rows of the nodes' vectors in the fields, of which the first two are X and u.
     fn with<T>(nodes: &[u32], fields: [&[[f64; 3]]; FIELDS], work: impl FnOnce(PatchRows<'_, FIELDS>) -> T) -> T {
-        ROWS.with_borrow_mut(|rows| {
-            let count = nodes.len() * FIELDS;
-            if rows.len() < count {
-                rows.resize(count, [0.0; 4]);
-            }
-            let rows = &mut rows[..count];
-            for (place, (&node, rows)) in nodes.iter().zip(rows.chunks_exact_mut(FIELDS)).enumerate() {
-                if let Some(&ahead) = nodes.get(place + NODES_AHEAD) {
-                    for field in fields {
-                        prefetch(&field[ahead as usize]);
-                    }
+        // taken and given back: `work` may come to another patch on this thread
+        let mut all = ROWS.take();
+        let count = nodes.len() * FIELDS;
+        if all.len() < count {
+            all.resize(count, [0.0; 4]);
+        }
+        let rows = &mut all[..count];
+        for (place, (&node, rows)) in nodes.iter().zip(rows.chunks_exact_mut(FIELDS)).enumerate() {
+            if let Some(&ahead) = nodes.get(place + NODES_AHEAD) {
+                for field in fields {
+                    prefetch(&field[ahead as usize]);
                 }
-                for (row, field) in rows.iter_mut().zip(fields) {
-                    let [x, y, z] = field[node as usize];
-                    *row = [x, y, z, 0.0];
-                }
-                rows[1] = std::array::from_fn(|component| rows[0][component] + rows[1][component]);
             }
-            work(PatchRows(rows))
-        })
+            for (row, field) in rows.iter_mut().zip(fields) {
+                let [x, y, z] = field[node as usize];
+                *row = [x, y, z, 0.0];
+            }
+            rows[1] = std::array::from_fn(|component| rows[0][component] + rows[1][component]);
+        }
+        let result = work(PatchRows(rows));
+        ROWS.set(all);
+        result
     }
 
     /// The motion of a pack whose corners have these places in the patch; the rows of each corner go to `visit` besides.

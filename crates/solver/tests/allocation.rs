@@ -62,7 +62,7 @@ fn assert_nothing_allocated(mesh: &Mesh) {
             (change.allocations, change.reallocations, change.deallocations)
         })
     });
-    // a thread of the pool registers with its queues once, when it first looks for work, which may be late; what a step
-    // allocates it would allocate in every stretch
+    // a thread of the pool registers with its queues once, when it first looks for work, and makes its rows for its first patch,
+    // which may be late; what a step allocates it would allocate in every stretch
     assert!(stretches.contains(&(0, 0, 0)), "{stretches:?}");
 }
