@@ -98,22 +98,32 @@ fn every_file_that_a_case_needs_is_carried() {
     }
 }
 
-/// A table of cases with a deck of its own, as a user may have; what comes of it.
-fn verified(expected: &str, tolerance: &str) -> (i32, String, PathBuf, tempfile::TempDir) {
+/// Exit status, what was printed, the report's directory, and the one that holds it all.
+type Verified = (i32, String, PathBuf, tempfile::TempDir);
+
+/// What comes of a table of cases as a user may have, beside copies of these files of `meshes`.
+fn verified_table(table: &str, files: &[&str]) -> Verified {
     let directory = tempfile::tempdir().unwrap();
-    for name in ["cook.toml", "cook_2.msh"] {
-        fs::copy(in_repository(&format!("meshes/cook/{name}")), directory.path().join(name)).unwrap();
+    for name in files {
+        let path = in_repository(&format!("meshes/{name}"));
+        fs::copy(&path, directory.path().join(path.file_name().unwrap())).unwrap();
     }
-    let text = format!(
-        "[[case]]\nname = \"mine\"\nabout = \"two <by> two\"\ndeck = \"cook.toml\"\nmesh = \"cook_2.msh\"\ncost = 0.1\nbits = true\n\
-         check = [{{ quantity = \"tip_displacement\", value = \"{expected}\", tolerance = \"{tolerance}\", source = \"this program\" }}]\n"
-    );
-    fs::write(directory.path().join("mine.toml"), text).unwrap();
+    fs::write(directory.path().join("curve.csv"), "time,tip_displacement\n0,0\n5e-3,2.2e-3\n").unwrap();
+    fs::write(directory.path().join("mine.toml"), table).unwrap();
     let output = directory.path().join("out");
     let arguments = ["verify", "--cases", "mine.toml", "--output", "out"];
     let said = Command::new(program()).args(arguments).current_dir(directory.path()).output().unwrap();
     let text = String::from_utf8_lossy(&[said.stdout, said.stderr].concat()).into_owned();
     (said.status.code().unwrap_or(-1), text, output, directory)
+}
+
+/// What comes of a case of Cook's membrane with this reference.
+fn verified(expected: &str, tolerance: &str) -> Verified {
+    let table = format!(
+        "[[case]]\nname = \"mine\"\nabout = \"two <by> two\"\ndeck = \"cook.toml\"\nmesh = \"cook_2.msh\"\ncost = 0.1\nbits = true\n\
+         check = [{{ quantity = \"tip_displacement\", value = \"{expected}\", tolerance = \"{tolerance}\", source = \"this program\" }}]\n"
+    );
+    verified_table(&table, &["cook/cook.toml", "cook/cook_2.msh"])
 }
 
 #[test]
@@ -175,7 +185,7 @@ fn tables_that_cannot_be_are_refused() {
 }
 
 /// A table with a run of Cook's membrane and one with a material point; `change` makes another of it. What comes of it.
-fn told(change: &dyn Fn(&str) -> String) -> (i32, String, PathBuf, tempfile::TempDir) {
+fn told(change: &dyn Fn(&str) -> String) -> Verified {
     const TABLE: &str = r#"
 [[case]]
 name = "membrane"
@@ -202,18 +212,7 @@ set = ["path.steps=1000"]
 cost = 0
 check = [{ quantity = "jaumann.T12", at = { driven = 2 }, value = "0.909297 Pa", tolerance = "1e-4 Pa", source = "sin 2" }]
 "#;
-    let directory = tempfile::tempdir().unwrap();
-    for name in ["cook/cook.toml", "cook/cook_2.msh", "point/corotational.toml"] {
-        let path = in_repository(&format!("meshes/{name}"));
-        fs::copy(&path, directory.path().join(path.file_name().unwrap())).unwrap();
-    }
-    fs::write(directory.path().join("curve.csv"), "time,tip_displacement\n0,0\n5e-3,2.2e-3\n").unwrap();
-    fs::write(directory.path().join("mine.toml"), change(TABLE)).unwrap();
-    let output = directory.path().join("out");
-    let arguments = ["verify", "--cases", "mine.toml", "--output", "out"];
-    let said = Command::new(program()).args(arguments).current_dir(directory.path()).output().unwrap();
-    let text = String::from_utf8_lossy(&[said.stdout, said.stderr].concat()).into_owned();
-    (said.status.code().unwrap_or(-1), text, output, directory)
+    verified_table(&change(TABLE), &["cook/cook.toml", "cook/cook_2.msh", "point/corotational.toml"])
 }
 
 #[test]

@@ -92,9 +92,10 @@ impl NodalAverages {
         packs.visit(motion, Task::TakeStresses, &self.nodes, patch_forces);
     }
 
-    /// Bytes that a step reads and writes.
+    /// Bytes that a step reads and writes: rows and nodes of two means, and X, u, v and the mean of each node for four tasks.
     pub fn bytes_per_step(&self) -> usize {
-        4 * size_of_val(&*self.rows) + 2 * self.lists.bytes_per_step() + 4 * size_of_val(&*self.nodes)
+        let node_vectors = 2 + 4 * 4;
+        4 * size_of_val(&*self.rows) + 2 * self.lists.bytes_per_step() + node_vectors * size_of_val(&*self.nodes)
     }
 }
 
