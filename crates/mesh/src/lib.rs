@@ -15,21 +15,28 @@
 //! # Ok::<(), estar_mesh::generate::SpecError>(())
 //! ```
 
+mod body;
+pub mod conformity;
 mod elements;
 mod face;
 pub mod generate;
 mod group;
 pub mod hex;
 mod label;
+mod merge;
 mod mesh;
 mod order;
+mod point_tree;
 pub mod quality;
 mod shape;
 
+pub use body::{Body, Connectivity, OuterFace};
 pub use elements::Elements;
 pub use face::{Face, FaceKey};
 pub use group::{Group, GroupKind};
 pub use label::{ElementLabel, NodeLabel};
+pub use merge::{MergeError, Merged};
 pub use mesh::{FaceError, Mesh, MeshError};
 pub use order::{Renumbering, locality_order};
+pub use point_tree::PointTree;
 pub use shape::{ElementNodes, MOST_NODES, Shape};
