@@ -124,7 +124,7 @@ pub struct EnergySummary {
     pub damping_energy: f64,
     /// The part of the kinetic energy that is of added mass.
     pub mass_scaling_energy: f64,
-    pub step_change_energy: f64,
+    pub integration_energy: f64,
 }
 
 /// What was chosen for a quasi-static process, and what came of it.
@@ -209,7 +209,7 @@ impl EnergySummary {
             friction_energy: energies.friction,
             damping_energy: energies.damping,
             mass_scaling_energy: energies.mass_scaling,
-            step_change_energy: energies.step_change,
+            integration_energy: energies.integration,
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The time loop: explicit central differences with half-step velocities and a variable step.
 
-use crate::constraints::{Constraints, dot};
+use crate::energy::Passage;
 use crate::error::SimulationError;
-use crate::rigid_wall::{MovingWall, NodeStep};
+use crate::kick::{Kick, NodeSums, Place};
 use crate::simulation::Simulation;
 use crate::solid_block::{BlockReport, NodalMotion, StepLimits};
+use crate::wall_contact::Behind;
 use estar_element::element::ElementStep;
 use rayon::prelude::*;
 
@@ -125,20 +126,25 @@ impl Simulation {
         // at the start there is no step before: Δt_{−½} = 0
         let (step_old, step_new) = (self.time_step, self.next_time_step);
         let mean_step = 0.5 * (step_old + step_new);
+        // where t_n lies between the half steps
+        let share_old = 0.5 * step_old / mean_step;
         self.constraints.prepare(self.time + step_new);
         for wall in &mut self.walls {
-            wall.prepare(self.time, step_old, step_new);
+            wall.prepare(self.time, [step_old, step_new], share_old);
         }
         for (load, power) in self.loads.iter().zip(&mut self.load_power) {
             *power = load.power(&self.nodes.velocity);
         }
 
         let nodes = &mut self.nodes;
-        // where t_n lies between the half steps
-        let share_old = 0.5 * step_old / mean_step;
-        // ½ α Δt̄ of the damping −α m ½ (v_{n−½} + v_{n+½})
-        let damping = 0.5 * self.settings.mass_damping * mean_step;
-        let kick = Kick { mean_step, step_new, damping, constraints: &self.constraints, walls: &self.walls };
+        let kick = Kick {
+            mean_step,
+            step_new,
+            share_old,
+            damping: 0.5 * self.settings.mass_damping * mean_step,
+            constraints: &self.constraints,
+            walls: &self.walls,
+        };
         let added_shares = &self.added_shares;
         let (row_lists, patch_forces) = (&self.row_lists, &self.patch_forces);
         let (reference, displacement, mass) = (self.mesh.coordinates(), &nodes.displacement, &nodes.mass);
@@ -163,36 +169,38 @@ impl Simulation {
                 }
                 let velocity_old = velocity[local];
                 let place = Place { node, reference: &reference[node], displacement: &displacement[node] };
-                let moved = kick.moved(&place, mass[node], force, velocity_old, wall_impulses);
-                let mut kinetic = sums.enter(mass[node], &velocity_old, &moved.velocity, share_old);
-                if damping > 0.0 {
-                    let impulse = moved.damping.map(|change| mass[node] * change);
-                    sums.enter_damping(&impulse, &velocity_old, &moved.velocity, share_old);
+                let moved = kick.moved(&place, mass[node], &force, &velocity_old, wall_impulses);
+                let passage = Passage::new(&velocity_old, &moved.velocity, share_old);
+                let kinetic = sums.enter(mass[node], &force.map(|force| mean_step * force), &passage);
+                if let Some(share) = added_shares.get(node) {
+                    sums.added_kinetic += share * kinetic;
+                }
+                if kick.damping > 0.0 {
+                    let impulse = kick.damping_impulse(mass[node], &velocity_old, &moved.velocity);
+                    sums.enter_damping(&impulse, &passage);
                 }
                 if let Some(impulses) = &moved.impulses {
-                    kinetic += sums.enter_impulses(impulses, &velocity_old, &moved.velocity, share_old);
+                    sums.enter_impulses(node, impulses, &passage);
                     if self.constraints.constrain(node) {
                         reaction[local] = impulses.of_constraints.map(|impulse| impulse * per_mean_step);
                     }
                 }
-                if let Some(share) = added_shares.get(node) {
-                    sums.added_kinetic += share * kinetic;
-                }
-                acceleration[local] = std::array::from_fn(|i| (moved.velocity[i] - velocity_old[i]) * per_mean_step);
+                acceleration[local] = passage.change.map(|change| change * per_mean_step);
                 velocity[local] = moved.velocity;
             }
         });
         let sums = self.node_sums.iter().fold(NodeSums::default(), NodeSums::plus);
+        self.behind = sums.behind;
 
         // works of the forces of t_n: half over the step before, half over the step after
         for (load, power_old) in self.loads.iter_mut().zip(&self.load_power) {
             let power_new = load.power(&self.nodes.velocity);
-            load.work.enter(0.5 * step_old * power_old, 0.5 * step_new * power_new);
+            load.work.enter([0.5 * step_old * power_old, 0.5 * step_new * power_new]);
         }
-        self.constraint_work.enter(sums.constraint_work_before, sums.constraint_work_after);
-        self.contact_work.enter(sums.contact_work_before, sums.contact_work_after);
-        self.friction_work.enter(sums.friction_work_before, sums.friction_work_after);
-        self.damping_work.enter(sums.damping_work_before, sums.damping_work_after);
+        self.constraint_work.enter(sums.constraint_work);
+        self.contact_work.enter(sums.contact_work);
+        self.friction_work.enter(sums.friction_work);
+        self.damping_work.enter(sums.damping_work);
         let wall_count = self.walls.len();
         for (index, wall) in self.walls.iter_mut().enumerate() {
             let of_chunks = self.wall_impulses.iter().skip(index).step_by(wall_count);
@@ -201,7 +209,7 @@ impl Simulation {
         }
         self.energies.kinetic = sums.kinetic;
         self.energies.mass_scaling = sums.added_kinetic;
-        self.step_change.enter(0.0, sums.step_change);
+        self.integration.enter(sums.integration);
         self.enter_works();
         let is_judged = self.is_judged();
         self.energies.note_in_play(is_judged);
@@ -222,7 +230,15 @@ impl Simulation {
         if let Some(element) = elements.not_finite {
             return Err(SimulationError::NotFinite { element, step, time });
         }
+        if let Some((Behind { wall, depth }, node)) = self.behind
+            && depth > self.wall_tolerance
+        {
+            return Err(SimulationError::HeldBehindWall { wall, node: node as u32, depth, step, time });
+        }
         let time_step = self.next_time_step;
+        if let Some(wall) = self.walls.iter().position(|wall| wall.outruns_itself(time_step)) {
+            return Err(SimulationError::ToolTooFast { wall, time_step, step, time });
+        }
         if time + time_step <= time {
             let element = elements.stable_time_step.element;
             return Err(SimulationError::Standstill { element, time_step, step, time });
@@ -252,171 +268,5 @@ impl Simulation {
             return Err(SimulationError::StepLimit { step, time });
         }
         Ok(())
-    }
-}
-
-/// What a kick needs besides the node itself.
-struct Kick<'a> {
-    mean_step: f64,
-    step_new: f64,
-    damping: f64,
-    constraints: &'a Constraints,
-    walls: &'a [MovingWall],
-}
-
-/// A node and where it is.
-struct Place<'a> {
-    node: usize,
-    reference: &'a [f64; 3],
-    displacement: &'a [f64; 3],
-}
-
-/// What a kick does to a node.
-struct Moved {
-    /// v_{n+½}.
-    velocity: [f64; 3],
-    /// Change of velocity by damping, m/s.
-    damping: [f64; 3],
-    /// None at a node that neither a constraint nor a wall holds.
-    impulses: Option<Impulses>,
-}
-
-/// Impulses on a node that is not free, N s.
-struct Impulses {
-    /// Of held and driven directions.
-    of_constraints: [f64; 3],
-    of_walls: [f64; 3],
-    /// Work of the friction of walls on the sliding of the node, half of it before t_n and half after, J.
-    friction_work: [f64; 2],
-}
-
-impl Kick<'_> {
-    /// The impulses of walls are added to `wall_impulses`.
-    #[inline]
-    fn moved(
-        &self,
-        place: &Place<'_>,
-        mass: f64,
-        force: [f64; 3],
-        velocity_old: [f64; 3],
-        wall_impulses: &mut [[f64; 3]],
-    ) -> Moved {
-        // v_{n+½} = v_{n−½} + ½ (Δt_{n−½} + Δt_{n+½}) f_n / m
-        let scale = self.mean_step / mass;
-        let undamped: [f64; 3] = std::array::from_fn(|i| velocity_old[i] + scale * force[i]);
-        // with f_n − α m ½ (v_{n−½} + v_{n+½}) in place of f_n
-        let damping = if self.damping > 0.0 {
-            let share = self.damping / (1.0 + self.damping);
-            std::array::from_fn(|i| -share * (velocity_old[i] + undamped[i]))
-        } else {
-            [0.0; 3]
-        };
-        let free = std::array::from_fn(|i| undamped[i] + damping[i]);
-        let is_held = self.constraints.constrain(place.node);
-        let position: [f64; 3] = std::array::from_fn(|i| place.reference[i] + place.displacement[i]);
-        if !is_held && !self.walls.iter().any(|wall| wall.stops(&free, &position, self.step_new)) {
-            return Moved { velocity: free, damping, impulses: None };
-        }
-        let constrained = |v| self.constraints.velocity(place.node, v, place.displacement, self.step_new);
-        let mut velocity = constrained(free);
-        let (mut of_walls, mut friction, mut friction_work) = ([0.0; 3], [0.0; 3], [0.0; 2]);
-        let step = NodeStep { position, time_step: self.step_new, free: self.constraints.free_directions(place.node) };
-        for (wall, wall_impulse) in self.walls.iter().zip(wall_impulses) {
-            let contact = wall.contact(&velocity, &step);
-            let impulse = contact.change.map(|change| mass * change);
-            let of_friction = contact.friction.map(|change| mass * change);
-            let carried = wall.work_of(&of_friction);
-            for i in 0..3 {
-                wall_impulse[i] += impulse[i];
-                of_walls[i] += impulse[i];
-                friction[i] += of_friction[i];
-                velocity[i] += contact.change[i];
-            }
-            friction_work = [friction_work[0] - carried[0], friction_work[1] - carried[1]];
-            velocity = constrained(velocity);
-        }
-        friction_work[0] += 0.5 * dot(&friction, &velocity_old);
-        friction_work[1] += 0.5 * dot(&friction, &velocity);
-        // what the walls did not do the constraints did
-        let of_constraints = std::array::from_fn(|i| mass * (velocity[i] - free[i]) - of_walls[i]);
-        Moved { velocity, damping, impulses: Some(Impulses { of_constraints, of_walls, friction_work }) }
-    }
-}
-
-/// Sums over the nodes of a chunk.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct NodeSums {
-    kinetic: f64,
-    step_change: f64,
-    constraint_work_before: f64,
-    constraint_work_after: f64,
-    contact_work_before: f64,
-    contact_work_after: f64,
-    friction_work_before: f64,
-    friction_work_after: f64,
-    damping_work_before: f64,
-    damping_work_after: f64,
-    added_kinetic: f64,
-}
-
-impl NodeSums {
-    /// Chunks of a body with `node_count` nodes.
-    pub fn chunk_count(node_count: usize) -> usize {
-        node_count.div_ceil(CHUNK)
-    }
-
-    /// A node whose velocity only forces change; its kinetic energy.
-    #[inline]
-    fn enter(&mut self, mass: f64, old: &[f64; 3], new: &[f64; 3], share_old: f64) -> f64 {
-        let change: [f64; 3] = std::array::from_fn(|i| new[i] - old[i]);
-        let (old_old, old_change) = (dot(old, old), dot(old, &change));
-        // K_n = Σ ½ m |v_{n−½}|² + ½ Δt_{n−½} f_n · v_{n−½} with Δt f_n = m (v_{n+½} − v_{n−½})
-        let kinetic = mass * (0.5 * old_old + share_old * old_change);
-        self.kinetic += kinetic;
-        self.step_change += mass * ((0.5 - share_old) * dot(&change, &change));
-        kinetic
-    }
-
-    /// What impulses on the node change of that, and their work; the change of its kinetic energy.
-    #[inline]
-    fn enter_impulses(&mut self, impulses: &Impulses, old: &[f64; 3], new: &[f64; 3], share_old: f64) -> f64 {
-        let Impulses { of_constraints, of_walls, friction_work } = impulses;
-        let impulse: [f64; 3] = std::array::from_fn(|i| of_constraints[i] + of_walls[i]);
-        let change: [f64; 3] = std::array::from_fn(|i| new[i] - old[i]);
-        // an impulse is no force: half of its work is in K_n, and none of it in what a change of step does
-        let kinetic = (0.5 - share_old) * dot(&impulse, old);
-        self.kinetic += kinetic;
-        self.step_change -= (0.5 - share_old) * dot(&impulse, &change);
-        // an impulse does the work I · ½ (v_{n−½} + v_{n+½})
-        self.constraint_work_before += 0.5 * dot(of_constraints, old);
-        self.constraint_work_after += 0.5 * dot(of_constraints, new);
-        self.contact_work_before += 0.5 * dot(of_walls, old);
-        self.contact_work_after += 0.5 * dot(of_walls, new);
-        self.friction_work_before += friction_work[0];
-        self.friction_work_after += friction_work[1];
-        kinetic
-    }
-
-    /// Work of the damping, whose force is the impulse over the mean step.
-    #[inline]
-    fn enter_damping(&mut self, impulse: &[f64; 3], old: &[f64; 3], new: &[f64; 3], share_old: f64) {
-        self.damping_work_before += share_old * dot(impulse, old);
-        self.damping_work_after += (1.0 - share_old) * dot(impulse, new);
-    }
-
-    fn plus(self, other: &Self) -> Self {
-        Self {
-            kinetic: self.kinetic + other.kinetic,
-            step_change: self.step_change + other.step_change,
-            constraint_work_before: self.constraint_work_before + other.constraint_work_before,
-            constraint_work_after: self.constraint_work_after + other.constraint_work_after,
-            contact_work_before: self.contact_work_before + other.contact_work_before,
-            contact_work_after: self.contact_work_after + other.contact_work_after,
-            friction_work_before: self.friction_work_before + other.friction_work_before,
-            friction_work_after: self.friction_work_after + other.friction_work_after,
-            damping_work_before: self.damping_work_before + other.damping_work_before,
-            damping_work_after: self.damping_work_after + other.damping_work_after,
-            added_kinetic: self.added_kinetic + other.added_kinetic,
-        }
     }
 }

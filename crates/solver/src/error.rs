@@ -224,6 +224,36 @@ pub enum SimulationError {
         /// Time, s.
         time: f64,
     },
+    /// A node that constraints take behind a rigid wall.
+    #[error(
+        "node {node}, which is held or driven, gets behind rigid wall {wall} by {depth:?} m at step {step}, t = {time:?} s"
+    )]
+    HeldBehindWall {
+        /// Position of the wall in the model.
+        wall: usize,
+        /// The deepest such node.
+        node: u32,
+        /// How deep it would be after the step that comes, m.
+        depth: f64,
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+    },
+    /// A curved tool that moves farther in a step than its radius, so that it could pass over nodes.
+    #[error(
+        "rigid wall {wall} moves farther than its radius within the time step {time_step:?} s at step {step}, t = {time:?} s"
+    )]
+    ToolTooFast {
+        /// Position of the wall in the model.
+        wall: usize,
+        /// The step that comes, s.
+        time_step: f64,
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+    },
     /// Added mass that has more of the energy than allowed.
     #[error(
         "added mass has the share {share:?} of the energy as kinetic energy, over the limit {limit:?}, at step {step},          t = {time:?} s"

@@ -12,6 +12,7 @@ mod energy;
 mod error;
 pub mod fields;
 mod global_time_step;
+mod kick;
 mod linear;
 mod loads;
 mod mass_scaling;
@@ -24,6 +25,7 @@ mod simulation;
 mod solid_block;
 mod state;
 mod traffic;
+mod wall_contact;
 
 pub use curve::{Curve, CurveError, Interpolation};
 pub use energy::Energies;

@@ -139,7 +139,7 @@ pub enum Quantity {
 
 impl Quantity {
     /// The displacement (m) at a time that the curve of this quantity leads to.
-    pub(crate) fn displacement(self, curve: &Curve, time: f64) -> f64 {
+    pub fn displacement(self, curve: &Curve, time: f64) -> f64 {
         match self {
             Self::Displacement => curve.value(time),
             Self::Velocity => curve.integral(time),

@@ -1,11 +1,12 @@
 //! A simulation: the state of a body in motion, made from a model and a mesh.
 
 use crate::assembly::RowLists;
-use crate::central_difference::NodeSums;
+use crate::central_difference::CHUNK;
 use crate::constraints::Constraints;
 use crate::energy::{CentredWork, Energies};
 use crate::error::ModelError;
 use crate::global_time_step::GlobalTimeStep;
+use crate::kick::NodeSums;
 use crate::loads::NodalLoad;
 use crate::model::{
     Direction, Formulation, LoadKind, MassScaling, Model, OnInversion, Part, RigidWall, TimeSettings, TimeStep,
@@ -13,6 +14,7 @@ use crate::model::{
 };
 use crate::rigid_wall::MovingWall;
 use crate::solid_block::{Behaviour, BlockReport, ElementBlock, Extreme, Largest, block, corner_nodes};
+use crate::wall_contact::Behind;
 use arrayvec::ArrayVec;
 use estar_element::element::{Element, ElementVisitor};
 use estar_mesh::{Face, MOST_NODES, Mesh};
@@ -52,6 +54,10 @@ pub struct Simulation {
     pub(crate) constraints: Constraints,
     pub(crate) walls: Vec<MovingWall>,
     pub(crate) node_sums: Vec<NodeSums>,
+    /// The node that constraints take farthest behind a wall by t_{n+1}, if there is one.
+    pub(crate) behind: Option<(Behind, usize)>,
+    /// How far behind a wall a node may lie, m: rounding.
+    pub(crate) wall_tolerance: f64,
     /// Impulses of the walls on each chunk of nodes, N s.
     pub(crate) wall_impulses: Vec<[f64; 3]>,
     /// The share of added mass in the mass of each node; empty where none is added.
@@ -66,7 +72,7 @@ pub struct Simulation {
     pub(crate) contact_work: CentredWork,
     pub(crate) friction_work: CentredWork,
     pub(crate) damping_work: CentredWork,
-    pub(crate) step_change: CentredWork,
+    pub(crate) integration: CentredWork,
     pub(crate) mesh: Mesh,
 }
 
@@ -175,7 +181,7 @@ impl Simulation {
         // added mass has no weight: loads know nothing of it
         let own_mass = if scaling.is_some() { mass.clone() } else { Vec::new() };
         mass.iter_mut().for_each(|mass| *mass *= factor);
-        let chunk_count = NodeSums::chunk_count(node_count);
+        let chunk_count = node_count.div_ceil(CHUNK);
         let mut simulation = Self {
             settings: model.settings,
             least_stable_time_step: 0.0,
@@ -194,6 +200,8 @@ impl Simulation {
             added_shares: Vec::new(),
             added_mass,
             node_sums: vec![NodeSums::default(); chunk_count],
+            behind: None,
+            wall_tolerance: wall_tolerance(reference),
             elements: BlockReport::EMPTY,
             global_time_step: match model.settings.time_step {
                 TimeStep::Element => None,
@@ -205,7 +213,7 @@ impl Simulation {
             contact_work: CentredWork::default(),
             friction_work: CentredWork::default(),
             damping_work: CentredWork::default(),
-            step_change: CentredWork::default(),
+            integration: CentredWork::default(),
             mesh: mesh.clone(),
             loads,
             blocks,
@@ -613,11 +621,16 @@ fn check_directions(model: &Model) -> Result<(), ModelError> {
     Ok(())
 }
 
+/// How far behind a wall a node of a body may lie by rounding, m: 10⁻⁹ of the largest coordinate.
+fn wall_tolerance(reference: &[[f64; 3]]) -> f64 {
+    1e-9 * reference.iter().flatten().fold(0.0_f64, |size, coordinate| size.max(coordinate.abs()))
+}
+
 /// No node begins behind a wall by more than rounding.
 fn check_walls(walls: &[RigidWall], reference: &[[f64; 3]]) -> Result<(), ModelError> {
-    let size = reference.iter().flatten().fold(0.0_f64, |size, coordinate| size.max(coordinate.abs()));
+    let tolerance = wall_tolerance(reference);
     for (wall, tool) in walls.iter().enumerate() {
-        let behind = |position: &[f64; 3]| tool.gap(position, 0.0) < -1e-9 * size;
+        let behind = |position: &[f64; 3]| tool.gap(position, 0.0) < -tolerance;
         let count = reference.iter().filter(|position| behind(position)).count();
         let gaps = reference.iter().map(|position| tool.gap(position, 0.0)).enumerate();
         if let Some((node, gap)) = gaps.min_by(|a, b| a.1.total_cmp(&b.1))

@@ -136,7 +136,7 @@ impl Simulation {
 
     fn works(&self) -> impl Iterator<Item = &CentredWork> {
         let others =
-            [&self.constraint_work, &self.contact_work, &self.friction_work, &self.damping_work, &self.step_change];
+            [&self.constraint_work, &self.contact_work, &self.friction_work, &self.damping_work, &self.integration];
         let walls = self.walls.iter().map(|wall| &wall.work);
         self.loads.iter().map(|load| &load.work).chain(walls).chain(others)
     }
@@ -147,7 +147,7 @@ impl Simulation {
             &mut self.contact_work,
             &mut self.friction_work,
             &mut self.damping_work,
-            &mut self.step_change,
+            &mut self.integration,
         ];
         let walls = self.walls.iter_mut().map(|wall| &mut wall.work);
         self.loads.iter_mut().map(|load| &mut load.work).chain(walls).chain(others)
@@ -166,6 +166,6 @@ impl Simulation {
         self.energies.contact = self.energies.wall_work.iter().sum::<f64>() - self.contact_work.until_now;
         self.energies.friction = -self.friction_work.until_now;
         self.energies.damping = -self.damping_work.until_now;
-        self.energies.step_change = self.step_change.until_now;
+        self.energies.integration = self.integration.until_now;
     }
 }

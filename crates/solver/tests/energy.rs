@@ -483,7 +483,8 @@ fn ringing_energy(element: Formulation, bulk_viscosity: Option<BulkViscosity>) -
         while simulation.step() < steps {
             simulation.advance().ok()?;
         }
-        Some((simulation.energies().kinetic + simulation.energies().internal) / first)
+        let energies = simulation.energies();
+        Some((energies.kinetic + energies.internal + energies.integration) / first)
     })
 }
 

@@ -182,7 +182,7 @@ fn assert_spinning(mesh: &Mesh, formulation: Formulation) {
     run(&mut simulation, |now| {
         momentum_drift = momentum_drift.max(norm(minus(now.momentum(), momentum)) / norm(momentum));
         angular_drift = angular_drift.max(norm(minus(now.angular_momentum(), angular)) / norm(angular));
-        let total = now.energies().kinetic + now.energies().internal;
+        let total = now.energies().kinetic + now.energies().internal + now.energies().integration;
         energy_drift = energy_drift.max((total / energy - 1.0).abs());
     });
     println!(

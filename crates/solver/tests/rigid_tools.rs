@@ -6,11 +6,12 @@
 mod common;
 
 use common::{
-    DIRECTIONS, assert_close, bricks, dot, elastic, minus, new, nodes, norm, ramp, run, steel, translation, until,
-    whole, yielding,
+    DIRECTIONS, assert_close, bricks, dot, elastic, elasticity, minus, new, nodes, norm, ramp, run, steel, translation,
+    until, whole, yielding,
 };
-use estar_solver::model::{Direction, Fix, Formulation, Quantity, RigidWall, WallMotion, WallShape};
-use estar_solver::{Curve, Interpolation, Model, Simulation};
+use estar_material::Elastic;
+use estar_solver::model::{Direction, Fix, Formulation, LoadKind, Quantity, RigidWall, WallMotion, WallShape};
+use estar_solver::{Curve, Interpolation, Model, Simulation, SimulationError};
 
 const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
 
@@ -214,4 +215,154 @@ fn curved_tools_indent_without_penetration() {
         // the body pushes back
         assert!(dot(simulation.wall_force(0), DOWN) > 0.0);
     }
+}
+
+/// A block of 1 kg that gravity of 10 m/s² presses on a rough floor of μ = 0.2, moving along x at 1 m/s and along y at `sideways`.
+fn on_a_rough_floor(sideways: f64, motion: Option<WallMotion>) -> (estar_mesh::Mesh, Model) {
+    let mesh = bricks([0.1, 0.1, 0.05], [2, 2, 1]);
+    let material = Elastic::new(elasticity(2000.0, 10e6, 0.0)).into();
+    let speed = if motion.is_some() { 0.0 } else { 1.0 };
+    let model = Model {
+        parts: whole(&mesh, material, Formulation::BBar),
+        prescribed: vec![common::prescribed(
+            common::all_nodes(&mesh),
+            Direction::X,
+            Quantity::Velocity,
+            Curve::constant(speed),
+        )],
+        initial_velocities: vec![translation(&mesh, [speed, sideways, 0.0])],
+        loads: vec![common::load("weight", LoadKind::Gravity { acceleration: [0.0, 0.0, -10.0] })],
+        walls: vec![RigidWall { motion, ..RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.2) }],
+        settings: until(0.3),
+        ..Model::default()
+    };
+    (mesh, model)
+}
+
+/// Impulse of the floor and of what drives the block along x, N s.
+fn impulses(simulation: &mut Simulation, nodes: &[u32]) -> ([f64; 3], f64) {
+    let (mut floor, mut drive) = ([0.0; 3], 0.0);
+    run(simulation, |now| {
+        let force = now.wall_force(0);
+        floor = std::array::from_fn(|i| floor[i] + now.time_step() * force[i]);
+        drive += now.time_step() * now.reaction(nodes, Direction::X);
+    });
+    (floor, drive)
+}
+
+/// A block that is drawn over a rough floor takes μ N, and friction takes μ N v t. After dart #809.
+#[test]
+fn a_driven_block_is_drawn_against_the_friction_of_the_floor() {
+    let (mesh, model) = on_a_rough_floor(0.0, None);
+    let mut simulation = new(&mesh, model);
+    let (floor, drive) = impulses(&mut simulation, &common::all_nodes(&mesh));
+    // the block rings on the floor: impulses over 0.3 s, not forces
+    assert_close(floor[2], 3.0, 0.02 * 3.0);
+    assert_close(floor[0], -0.2 * floor[2], 1e-3 * floor[2]);
+    assert_close(drive, -floor[0], 1e-3 * drive);
+    let energies = simulation.energies();
+    println!("{energies:?}");
+    assert_close(energies.friction, drive, 1e-3 * drive);
+    assert_close(energies.external_work() - energies.load_work[0], drive, 1e-3 * drive);
+    assert!(energies.error().abs() < 1e-3, "{}", energies.error());
+}
+
+/// Friction acts against the whole sliding: of μ N the share v_y/v is along y. Source: dv_y/dt = −μ g v_y/√(1 + v_y²), so that
+/// √(1 + v_y²) − asinh(1/v_y) falls by μ g t.
+#[test]
+fn a_driven_block_slips_sideways_slowly() {
+    let (mesh, model) = on_a_rough_floor(0.1, None);
+    let mut simulation = new(&mesh, model);
+    run(&mut simulation, |_| {});
+    let [_, y, _] = simulation.momentum();
+    let law = |v: f64| v.hypot(1.0) - v.recip().asinh();
+    let fallen = law(0.1) - law(y);
+    println!("v_y {y:e} m/s, fallen by {fallen}");
+    assert_close(fallen, 0.2 * 10.0 * 0.3, 0.02 * 0.6);
+}
+
+/// A belt under a held block: μ N on the block, which the constraint takes, and all that the belt does is friction.
+#[test]
+fn a_belt_under_a_held_block_rubs() {
+    let (mesh, model) = on_a_rough_floor(0.0, steadily([1.0, 0.0, 0.0], 1.0));
+    let mut simulation = new(&mesh, model);
+    let (floor, drive) = impulses(&mut simulation, &common::all_nodes(&mesh));
+    assert_close(floor[0], 0.2 * floor[2], 1e-3 * floor[2]);
+    assert_close(drive, -floor[0], 1e-3 * floor[0]);
+    let energies = simulation.energies();
+    assert_close(energies.friction, floor[0], 1e-3 * floor[0]);
+    assert_close(energies.wall_work[0], floor[0], 1e-3 * floor[0]);
+    assert_eq!(energies.constraint_work, 0.0);
+}
+
+/// A bar on its edge falls into a groove of two walls at 120° that is as symmetric as the bar: no node gets behind a wall, both
+/// walls give the same impulse, and their order does not matter. After taichi_mpm #8.
+#[test]
+fn a_groove_of_walls_is_as_good_as_its_mirror_image() {
+    let square = bricks([10e-3, 10e-3, 10e-3], [4, 4, 4]);
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let turned = |x: &[f64; 3]| [half * (x[0] - x[2]), x[1], half * (x[0] + x[2])];
+    let mesh = common::moved(&square, square.coordinates().iter().map(turned).collect());
+    for friction in [0.0, 0.2, f64::INFINITY] {
+        let wall = |x: f64| RigidWall::plane([0.0; 3], [x, 0.0, 0.75_f64.sqrt()], friction);
+        let runs = [[0.5, -0.5], [-0.5, 0.5]].map(|order| {
+            let model = Model {
+                parts: whole(&mesh, yielding(300e6, 1e9), Formulation::BBar),
+                initial_velocities: vec![translation(&mesh, [0.0, 0.0, -50.0])],
+                walls: order.map(wall).to_vec(),
+                settings: until(40e-6),
+                ..Model::default()
+            };
+            let walls = model.walls.clone();
+            let mut simulation = new(&mesh, model);
+            let (mut deepest, mut impulses) = (0.0_f64, [[0.0; 3]; 2]);
+            run(&mut simulation, |now| {
+                let gaps = || places(now).flat_map(|place| walls.iter().map(move |wall| wall.gap(&place, now.time())));
+                deepest = gaps().fold(deepest, f64::min);
+                for (wall, impulse) in impulses.iter_mut().enumerate() {
+                    let force = now.wall_force(wall);
+                    *impulse = std::array::from_fn(|i| impulse[i] + now.time_step() * force[i]);
+                }
+            });
+            let [first, second] = impulses;
+            println!("friction {friction}: {first:?} {second:?}, depth {deepest:e} m");
+            assert!(deepest > -1e-12, "{deepest:e}");
+            assert!(first[2] > 0.0 && norm(minus(first, [-second[0], second[1], second[2]])) < 1e-9 * norm(first));
+            assert!(simulation.energies().error().abs() < 1e-4, "{}", simulation.energies().error());
+            simulation
+        });
+        for (one, other) in runs[0].displacement().iter().zip(runs[1].displacement()) {
+            assert!(norm(minus(*one, *other)) < 1e-12, "{one:?} {other:?}");
+        }
+    }
+}
+
+/// A wall that moves into what is held, and a tool that would pass over its own width in a step, end the run with their names.
+#[test]
+fn what_cannot_be_kept_out_ends_the_run() {
+    let mesh = block();
+    let model = |wall: RigidWall| Model {
+        parts: whole(&mesh, elastic(), Formulation::BBar),
+        fixes: vec![Fix { nodes: nodes(&mesh, "z_max"), directions: DIRECTIONS.to_vec() }],
+        walls: vec![wall],
+        settings: until(10e-6),
+        ..Model::default()
+    };
+    let error = |model: Model| {
+        let mut simulation = new(&mesh, model);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        pool.install(|| {
+            loop {
+                if let Err(error) = simulation.advance() {
+                    return error;
+                }
+                assert!(!simulation.is_finished());
+            }
+        })
+    };
+    let wall = RigidWall { motion: steadily(DOWN, 100.0), ..RigidWall::plane([0.0, 0.0, 10e-3], DOWN, 0.0) };
+    assert!(matches!(error(model(wall)), SimulationError::HeldBehindWall { wall: 0, .. }));
+    let shape = WallShape::Sphere { centre: [0.0, 0.0, -1.0], radius: 1e-3 };
+    let tool = RigidWall { shape, friction: 0.0, motion: steadily([0.0, 0.0, 1.0], 1e5) };
+    assert!(matches!(error(model(tool)), SimulationError::ToolTooFast { wall: 0, .. }));
 }
