@@ -185,6 +185,11 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     input.addition("body behind a wall", wall, &[], 2, "this wall");
     let ball = "[[rigid_wall]]\nshape = \"sphere\"\ncentre = [0.5, 0.5, 1.1]\nradius = 0.2\n";
     input.addition("body inside of a tool", ball, &[], 2, "the body is outside of the tool");
+    let needle = "\n[[rigid_wall]]\nshape = \"cylinder\"\npoint = [0.5, 0.0, 1.2]\naxis = [0, 1, 0]\nradius = 0.2\n";
+    input.addition("tool between nodes", needle, &[], 2, "elements of at most 2.0000e-1 m where it meets them");
+    let held = "\n[[fix]]\ngroup = \"z_max\"\ndirections = [\"z\"]\n";
+    let press = "\n[[rigid_wall]]\npoint = [0, 0, 1]\nnormal = [0, 0, -1]\nmotion = { direction = [0, 0, -1], quantity = \"velocity\", curve = [[0, 1.0]] }\n";
+    input.addition("wall that moves into what is held", &format!("{held}{press}"), &[], 2, "behind the wall at t =");
     let force = "[[probe]]\nname = \"force\"\nkind = \"contact-force\"\nwall = \"anvil\"\ndirection = \"z\"\n";
     input.addition("force of a wall that is not there", force, &[], 2, "no rigid wall `anvil`");
     let heavy = "time.mass_scaling={ target_time_step = 1e-3 }";

@@ -37,6 +37,7 @@ pub mod signals;
 pub mod snapshot;
 pub mod summary;
 pub mod table;
+pub mod tools;
 pub mod trouble;
 pub mod verify;
 pub mod view;

@@ -136,6 +136,9 @@ fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Resu
     outcome
 }
 
+/// Energy that contact with tools has given, over the largest energy in play, from which on the run warns.
+const MOST_GIVEN_BY_CONTACT: f64 = 0.01;
+
 /// Work against hourglass control over internal energy, above which practice no longer takes it for a small correction.
 const MOST_HOURGLASS: f64 = 0.1;
 /// Such work, as a share of the energy in play, is too little to speak of.
@@ -427,6 +430,17 @@ impl<'a> Run<'a> {
                 part.hourglass_energy,
                 100.0 * part.hourglass_energy / part.internal_energy,
                 100.0 * MOST_HOURGLASS
+            );
+            tell(&format!("{warning}\n"));
+            self.console.note(&warning);
+        }
+        let contact = summary.energies.contact_energy;
+        if contact < -MOST_GIVEN_BY_CONTACT * in_play {
+            let warning = format!(
+                "warning: contact with tools has given {:.3e} J, {:.1} % of the largest energy in play, where it can only take: tools meet \
+                 what is held, or too few nodes touch them",
+                -contact,
+                -100.0 * contact / in_play
             );
             tell(&format!("{warning}\n"));
             self.console.note(&warning);

@@ -2,7 +2,6 @@
 
 use crate::constraints;
 use crate::deck::decoder::{At, Decoder, GroupMention};
-use crate::deck::model::{RigidWallTable, WallSurface};
 use crate::deck::source::{TextError, read_text};
 use crate::deck::{self, Deck, Reading};
 use crate::diagnostics::{Diagnostic, Diagnostics, Findings, listed, nearest};
@@ -14,13 +13,14 @@ use crate::output::{OutputPlan, output_plan};
 use crate::probes::{self, Probe};
 use crate::quasi_static::QuasiStatic;
 use crate::summary::hex;
+use crate::tools;
 use crate::trouble;
 use estar_io::MeshFile;
 use estar_mesh::quality::{QualityReport, QualitySummary, volume};
 use estar_mesh::{Group, Mesh, locality_order};
 use estar_solver::model::{
-    BulkViscosity, Fix, Formulation, InitialVelocity, Load, LoadKind, MassScaling, Model, Part, Prescribed, RigidWall,
-    Spin, TimeSettings, WallMotion,
+    BulkViscosity, Fix, Formulation, InitialVelocity, Load, LoadKind, MassScaling, Model, Part, Prescribed, Spin,
+    TimeSettings,
 };
 use estar_solver::{Interpolation, LaneLevel, Simulation};
 use rayon::prelude::*;
@@ -144,6 +144,7 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
         model.settings.mass_scaling.get_or_insert(UNSCALED).factor = chosen.mass_factor;
     }
     constraints::check(&deck, &mesh, diagnostics);
+    tools::check(&deck, &mesh, &model, diagnostics);
     let probes = probes::resolve(&deck, &mesh, &model.parts, diagnostics);
     let expectations = expectations::resolve(&deck, diagnostics);
     let output = output_plan(&deck, diagnostics);
@@ -153,7 +154,7 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     }
     Ok(Problem {
         parts: describe_parts(&deck, &mesh),
-        wall_names: wall_names(&deck),
+        wall_names: tools::names(&deck),
         title: deck.title,
         deck_path: deck_path.to_owned(),
         deck_hash: deck_hash(&text, &texts, overrides),
@@ -311,7 +312,7 @@ fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
             .collect(),
         initial_velocities: initial_velocities(deck, mesh, diagnostics),
         loads: loads(deck, mesh, diagnostics),
-        walls: walls(deck, mesh, diagnostics),
+        walls: tools::walls(deck, |of_curve| interpolation(deck, of_curve)),
         settings: TimeSettings {
             end: deck.time.end.value,
             safety_factor: deck.time.safety_factor.value,
@@ -454,43 +455,6 @@ fn loads(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Load> {
         push("gravity".to_owned(), LoadKind::Gravity { acceleration: entry.acceleration.value });
     }
     loads
-}
-
-fn walls(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<RigidWall> {
-    let [low, high] = mesh.extent();
-    let size = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
-    let mut walls = Vec::new();
-    for entry in &deck.rigid_wall {
-        let motion = entry.motion.as_ref().and_then(|motion| {
-            let curve = motion.motion.curve(interpolation(deck, motion.interpolation))?;
-            Some(WallMotion { direction: motion.direction.0, quantity: motion.motion.quantity(), curve })
-        });
-        let wall = RigidWall { shape: entry.surface.shape(), friction: entry.friction.0, motion };
-        let gaps = mesh.coordinates().iter().map(|position| wall.gap(position, 0.0));
-        let behind: Vec<f64> = gaps.filter(|gap| *gap < -1e-9 * size).collect();
-        if !behind.is_empty() {
-            let depth = -behind.iter().copied().fold(0.0, f64::min);
-            let message = format!("{} nodes lie behind the wall at time 0, up to {depth:.3e} m deep", behind.len());
-            let help = match entry.surface {
-                WallSurface::Plane { .. } => "`normal` points into the body's side; or move `point`",
-                WallSurface::Cylinder { .. } | WallSurface::Sphere { .. } => {
-                    "the body is outside of the tool: move the tool, or make it smaller"
-                }
-            };
-            diagnostics.push(Diagnostic::error(message).at(entry.span, "this wall").help(help));
-        }
-        walls.push(wall);
-    }
-    walls
-}
-
-/// Names of the rigid walls: their own, or their place in the deck.
-fn wall_names(deck: &Deck) -> Vec<String> {
-    let name = |(index, wall): (usize, &RigidWallTable)| match &wall.name {
-        Some(name) => name.0.value.clone(),
-        None => format!("rigid wall {}", index + 1),
-    };
-    deck.rigid_wall.iter().enumerate().map(name).collect()
 }
 
 fn describe_parts(deck: &Deck, mesh: &Mesh) -> Vec<PartDescription> {

@@ -117,6 +117,23 @@ pub fn of_simulation(
             None,
             "a larger max_steps; `estar check` says how many steps to expect",
         ),
+        SimulationError::HeldBehindWall { wall, node, depth, .. } => (
+            format!(
+                "node {}, which is held or driven, gets behind {} by {depth:.4e} m",
+                problem.mesh.node_labels().get(*node as usize).map_or(0, |label| label.0),
+                problem.wall_names[*wall]
+            ),
+            None,
+            "let the wall stop before what is held, or leave the direction of its normal free there",
+        ),
+        SimulationError::ToolTooFast { wall, time_step, .. } => (
+            format!(
+                "{} moves farther than its radius within the time step of {time_step:.4e} s, so that it could pass over nodes",
+                problem.wall_names[*wall]
+            ),
+            None,
+            "a slower tool or a larger radius, a smaller [time] safety_factor",
+        ),
         SimulationError::AddedKineticEnergy { share, limit, .. } => (
             format!(
                 "the kinetic energy of added mass is {:.2} % of the largest energy in play, over the limit of {:.2} %",
