@@ -803,6 +803,32 @@ fn a_run_is_plotted_without_a_display() {
 }
 
 #[test]
+fn hundreds_of_probes_are_plotted_on_sheets_and_what_was_written_is_told() {
+    let workshop = Workshop::new();
+    workshop.run_deck(DECK, &[]).assert(0, &[]);
+    let history = workshop.read("deck/history.csv");
+    let more = |row: usize| -> String {
+        (0..200).map(|n| if row == 0 { format!(",p{n}") } else { format!(",{row}") }).collect()
+    };
+    let rows: Vec<String> = history.lines().enumerate().map(|(row, line)| format!("{line}{}\n", more(row))).collect();
+    fs::write(workshop.path("deck/history.csv"), rows.concat()).unwrap();
+    let said = workshop.estar(&["plot", "deck"]);
+    said.assert(0, &[]);
+    for told in ["history.png", "history_2.svg to ", "history_11.svg", "11 sheets"] {
+        assert!(said.text.contains(told), "{}", said.text);
+    }
+    for number in 2..=11 {
+        let ([width, height], _) = png_of(&workshop, &format!("deck/plots/history_{number}.png"));
+        assert!(width <= 1720 && height <= 6300, "{width} x {height}");
+    }
+    // with fewer, none of those that are no longer true stays
+    fs::write(workshop.path("deck/history.csv"), history).unwrap();
+    let said = workshop.estar(&["plot", "deck"]);
+    assert!(said.text.contains("history.svg") && !said.text.contains("history_2"), "{}", said.text);
+    assert!(workshop.path("deck/plots/history.png").exists() && !workshop.path("deck/plots/history_2.png").exists());
+}
+
+#[test]
 fn plots_that_cannot_be_are_refused_with_what_would_be_right() {
     let workshop = Workshop::new();
     workshop.run_deck(DECK, &[]).assert(0, &[]);

@@ -32,6 +32,7 @@ pub mod quasi_static;
 pub mod run;
 pub mod series;
 pub mod setup;
+pub mod sheets;
 pub mod shipped;
 pub mod signals;
 pub mod snapshot;

@@ -8,8 +8,9 @@ use crate::plot::drawing::{self, Ink, Raster};
 use crate::plot::shaded::{self, Style, View, Window};
 use crate::plot::surface::{Part, Surface};
 use crate::plot::text::{self, Anchor, Placement};
-use crate::plot::{Axis, Curve, Drawing, Figure, Panel};
+use crate::plot::{Axis, Curve, Drawing, Panel};
 use crate::series::Series;
+use crate::sheets;
 use crate::table::Table;
 use clap::Args;
 use estar_io::{FrameContent, write_atomically};
@@ -111,18 +112,15 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), Failure> {
     }
     let output = arguments.output.clone().unwrap_or_else(|| arguments.directory.join("plots"));
     let histories = runs.iter().map(|run| Table::read(&run.join("history.csv"))).collect::<Result<Vec<_>, _>>()?;
-    let figure = history_figure(&histories, &runs);
     std::fs::create_dir_all(&output).map_err(Failure::writing(&output))?;
-    let mut written = Vec::new();
+    let sheet_count = sheets::write(&output, "history", &history_title(&runs), history_panels(&histories))?;
+    let mut written = sheets::written(&output, "history", sheet_count);
     let mut write = |name: &str, content: &[u8]| -> Result<(), Failure> {
         let path = output.join(name);
         write_atomically(&path, content).map_err(Failure::writing(&path))?;
         written.push(path.display().to_string());
         Ok(())
     };
-    let drawing = figure.drawing();
-    write("history.svg", drawing.svg().as_bytes())?;
-    write("history.png", &drawing.png(2.0).ok_or_else(too_large)?)?;
 
     let series = Series::of(&arguments.directory)?;
     if arguments.animate {
@@ -266,7 +264,7 @@ fn animation(arguments: &PlotArguments, series: &Series) -> Result<Vec<Raster>, 
 }
 
 /// The curves of one run, or of two laid over each other: the first solid, the second dashed.
-fn history_figure(histories: &[Table], runs: &[&PathBuf]) -> Figure {
+fn history_panels(histories: &[Table]) -> impl ExactSizeIterator<Item = Panel> {
     let first = &histories[0];
     let panel = |CurvePanel { label, unit, is_logarithmic, columns, .. }: CurvePanel| {
         let of_run = |(run, history): (usize, &Table)| -> Vec<Curve> {
@@ -286,14 +284,16 @@ fn history_figure(histories: &[Table], runs: &[&PathBuf]) -> Figure {
         first.column(column).map_or(0.0, |values| values.iter().map(|value| value.abs()).fold(0.0, f64::max))
     };
     let names: Vec<&str> = first.names().collect();
-    let panels = curves::panels(&names, largest).into_iter().map(panel).collect();
+    curves::panels(&names, largest).into_iter().map(panel)
+}
+
+fn history_title(runs: &[&PathBuf]) -> String {
     let name = |run: &Path| match run.file_name() {
         Some(name) => name.to_string_lossy().into_owned(),
         None => run.display().to_string(),
     };
-    let title = match runs {
+    match runs {
         [first, second] => format!("{} (solid), {} (dashed)", name(first), name(second)),
         runs => runs.iter().map(|run| name(run)).collect(),
-    };
-    Figure { title, panels }
+    }
 }

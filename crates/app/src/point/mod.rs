@@ -4,8 +4,6 @@ pub mod column;
 pub mod path;
 mod plots;
 
-pub use plots::figure;
-
 use crate::console::{is_coloured, print, tell};
 use crate::deck::point::{PointProblem, Subject};
 use crate::deck::source::read_text;
@@ -13,7 +11,7 @@ use crate::deck::{self, Reading};
 use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::output::default_directory;
-use crate::plot::Figure;
+use crate::sheets;
 use column::Column;
 use estar_io::{AtomicFile, Value, write_atomically};
 use estar_material::point::{MaterialPoint, Observation, PathError, follow};
@@ -33,9 +31,6 @@ pub struct PointOptions {
     /// Directory of the results.
     pub output: Option<PathBuf>,
 }
-
-/// Pixels of the picture per unit of the drawing: sharp on paper at the width of a page.
-const PIXELS_PER_UNIT: f64 = 2.0;
 
 /// Leads the materials of a deck along its path.
 ///
@@ -59,22 +54,12 @@ pub fn point(options: &PointOptions) -> Result<(), Failure> {
     let records = verdicts.iter().map(|(label, found)| VerdictRecord::new(label, found)).collect::<Vec<_>>();
     let records = if records.is_empty() { None } else { serde_json::to_vec_pretty(&records).ok() };
     replace(&directory.join("consistency.json"), records)?;
-    draw(&figure(&problem, &journeys), &directory)?;
-    let written = format!("\n  written    {}", directory.display());
+    // a path on which nothing changes has no panel
+    let sheets = sheets::write(&directory, "point", &problem.title, plots::panels(&problem, &journeys))?;
+    let plots = if sheets > 1 { format!(", the plots on {sheets} sheets") } else { String::new() };
+    let written = format!("\n  written    {}{plots}", directory.display());
     print(&(account(&problem, &journeys) + &verdict_in_words(&verdicts) + &written))?;
     if troubles.is_empty() { Ok(()) } else { Err(Failure::Simulation(troubles.join("\n"))) }
-}
-
-/// Writes point.svg and point.png. A path on which nothing changes has neither; plots that are too many for pixels have no
-/// point.png, which is said.
-fn draw(figure: &Figure, directory: &std::path::Path) -> Result<(), Failure> {
-    let drawing = (!figure.panels.is_empty()).then(|| figure.drawing());
-    let pixels = drawing.as_ref().and_then(|drawing| drawing.png(PIXELS_PER_UNIT));
-    if drawing.is_some() && pixels.is_none() {
-        tell("warning: so many plots are too large for point.png; point.svg has them\n");
-    }
-    replace(&directory.join("point.svg"), drawing.map(|drawing| drawing.svg().into_bytes()))?;
-    replace(&directory.join("point.png"), pixels)
 }
 
 /// Writes a file whole, in place of that of an earlier run; or sees to it that there is none.

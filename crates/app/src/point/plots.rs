@@ -3,19 +3,18 @@
 use super::Journey;
 use super::column::{Column, Dimension, Driven, Quantity};
 use crate::deck::point::PointProblem;
-use crate::plot::{Axis, Curve, Figure, Panel};
+use crate::plot::{Axis, Curve, Panel};
 
 /// The panels that the deck asks for, or those that suit the path.
-pub fn figure(problem: &PointProblem, journeys: &[Journey]) -> Figure {
+pub fn panels(problem: &PointProblem, journeys: &[Journey]) -> impl ExactSizeIterator<Item = Panel> {
     let driven = problem.path.driven();
-    let panels = if problem.plots.is_empty() {
+    let panels: Vec<(Column, Vec<Column>)> = if problem.plots.is_empty() {
         let shows = |(_, y): &(Column, Vec<Column>)| y.iter().any(|column| is_worth_showing(*column, journeys));
         default_panels(driven).into_iter().filter(shows).collect()
     } else {
         problem.plots.clone()
     };
-    let panel = |(x, y): &(Column, Vec<Column>)| panel(*x, y, problem, journeys);
-    Figure { title: problem.title.clone(), panels: panels.iter().map(panel).collect() }
+    panels.into_iter().map(|(x, y)| panel(x, &y, problem, journeys))
 }
 
 fn default_panels(driven: Driven) -> Vec<(Column, Vec<Column>)> {
