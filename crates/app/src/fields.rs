@@ -85,6 +85,11 @@ pub fn unit_of(name: &str) -> Option<String> {
     Some(dimension.si_unit().to_owned())
 }
 
+/// Whether a field of cells numbers or marks them: what lies between two such values has no meaning.
+pub fn is_label(name: &str) -> bool {
+    ["part", "element_id", "vtkGhostType"].contains(&name)
+}
+
 /// A component of a vector or a tensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Component {

@@ -5,7 +5,7 @@ use crate::curves::{self, CurvePanel, plain};
 use crate::failure::Failure;
 use crate::fields;
 use crate::plot::drawing::{self, Ink, Raster};
-use crate::plot::shaded::{self, Style, View, Window};
+use crate::plot::shaded::{self, Extent, Style, View, Window};
 use crate::plot::surface::{Part, Surface};
 use crate::plot::text::{self, Anchor, Placement};
 use crate::plot::{Axis, Curve, Drawing, Panel};
@@ -124,20 +124,24 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), Failure> {
 
     let series = Series::of(&arguments.directory)?;
     if arguments.animate {
-        let pictures = animation(arguments, &series)?;
-        write("animation.png", &drawing::animated_png(&pictures).map_err(not_encoded)?)?;
+        write("animation.png", &animation(arguments, &series)?)?;
     } else {
         let frame = series.at(arguments.time)?;
         let surface = surface(arguments, &frame)?;
-        let (range, window) = (arguments.range.or(surface.range()).unwrap_or([0.0, 1.0]), None);
-        let picture = picture(arguments, &frame, &surface, range, window)?;
-        write("picture.png", &picture.png().map_err(not_encoded)?)?;
+        let range = arguments.range.or(surface.range()).unwrap_or(NO_RANGE);
+        let window = Window::around(&surface, arguments.view);
+        write("picture.png", &picture(arguments, frame.time, &surface, range, window)?.png()?)?;
     }
     print(&written.join("\n"))
 }
 
-fn not_encoded(error: png::EncodingError) -> Failure {
-    Failure::File(format!("error: the picture cannot be written: {error}"))
+/// Values at the ends of the colours where there are no values.
+const NO_RANGE: [f64; 2] = [0.0, 1.0];
+
+impl From<png::EncodingError> for Failure {
+    fn from(error: png::EncodingError) -> Self {
+        Self::File(format!("error: the picture cannot be written: {error}"))
+    }
 }
 
 fn too_large() -> Failure {
@@ -183,22 +187,21 @@ const BAR_ROOM: f64 = 190.0;
 /// A picture with its colour bar.
 fn picture(
     arguments: &PlotArguments,
-    frame: &FrameContent,
+    time: f64,
     surface: &Surface,
     range: [f64; 2],
-    window: Option<Window>,
+    window: Window,
 ) -> Result<Raster, Failure> {
     let Size([width, height]) = arguments.size;
     let unit = height as f64 / 900.0;
     let body_width = width.saturating_sub((BAR_ROOM * unit) as usize).max(1);
     let style = Style { view: arguments.view, range, has_edges: !arguments.no_edges };
-    let window = window.unwrap_or_else(|| Window::around([surface].into_iter(), arguments.view));
     let body = shaded::draw(surface, &style, &window, [body_width, height]);
 
     let mut drawing = Drawing::new([width as f64, height as f64]);
     let bar = [width as f64 - (BAR_ROOM - 24.0) * unit, 260.0 * unit, 34.0 * unit, 420.0 * unit];
     colour_bar(&mut drawing, arguments, range, bar, unit);
-    let time = format!("t = {} s", crate::format::short(frame.time));
+    let time = format!("t = {} s", crate::format::short(time));
     let at = [bar[0], bar[1] + bar[3] + 60.0 * unit];
     write_text(&mut drawing, &time, at, 19.0 * unit);
     let mut raster = drawing.raster(1.0).ok_or_else(too_large)?;
@@ -224,22 +227,32 @@ fn colour_bar(
 ) {
     const STEPS: usize = 128;
     const TICKS: usize = 4;
-    for step in 0..STEPS {
-        let share = (step as f64 + 0.5) / STEPS as f64;
-        let colour = shaded::colour(range[0] + share * (range[1] - range[0]), range);
-        let bottom = top + height * (1.0 - step as f64 / STEPS as f64);
+    // shares of the bar's height
+    let along = |share: f64| top + height * (1.0 - share);
+    let label =
+        |value: f64, share: f64| (crate::format::short(value), [left + width + 9.0 * unit, along(share) + 7.0 * unit]);
+    let numbers = fields::is_label(&arguments.field).then(|| whole_numbers(range)).flatten();
+    let steps = numbers.as_ref().map_or(STEPS, Vec::len);
+    for step in 0..steps {
+        let [from, middle, to] = [0.0, 0.5, 1.0].map(|part| (step as f64 + part) / steps as f64);
+        let value = numbers.as_ref().map_or(range[0] + middle * (range[1] - range[0]), |numbers| numbers[step]);
         // a little higher than its share, so that no seam is seen
-        let upper = (bottom - height / STEPS as f64 - 0.5).max(top);
-        drawing.rectangle([left, upper], [left + width, bottom], Ink::Fill(colour));
+        let upper = (along(to) - 0.5).max(top);
+        drawing.rectangle([left, upper], [left + width, along(from)], Ink::Fill(shaded::colour(value, range)));
     }
     let pen = Ink::Stroke { colour: [32, 32, 32], width: unit, dashes: &[] };
     drawing.rectangle([left, top], [left + width, top + height], pen);
-    for tick in 0..=TICKS {
-        let share = tick as f64 / TICKS as f64;
-        let value = range[0] + share * (range[1] - range[0]);
-        let at = [left + width + 9.0 * unit, top + height * (1.0 - share) + 7.0 * unit];
-        write_text(drawing, &crate::format::short(value), at, 19.0 * unit);
-    }
+    let labels: Vec<(String, [f64; 2])> = match &numbers {
+        Some(numbers) => {
+            let middle = |index: usize| (index as f64 + 0.5) / steps as f64;
+            numbers.iter().enumerate().map(|(index, number)| label(*number, middle(index))).collect()
+        }
+        None => {
+            let shares = (0..=TICKS).map(|tick| tick as f64 / TICKS as f64);
+            shares.map(|share| label(range[0] + share * (range[1] - range[0]), share)).collect()
+        }
+    };
+    labels.iter().for_each(|(text, at)| write_text(drawing, text, *at, 19.0 * unit));
     let component = arguments.component.as_ref().map_or(String::new(), |name| format!(" {name}"));
     let name = format!("{}{component}", arguments.field.replace('_', " "));
     let unit_name = fields::unit_of(&arguments.field).map_or(String::new(), |unit| format!("[{unit}]"));
@@ -250,17 +263,31 @@ fn colour_bar(
     }
 }
 
-/// A picture of each frame, all with the same window and range.
-fn animation(arguments: &PlotArguments, series: &Series) -> Result<Vec<Raster>, Failure> {
-    let frames = series.all()?;
-    let surfaces = frames.iter().map(|frame| surface(arguments, frame)).collect::<Result<Vec<_>, _>>()?;
-    let window = Window::around(surfaces.iter(), arguments.view);
-    let ranges = || surfaces.iter().filter_map(Surface::range);
-    let low = ranges().map(|range| range[0]).fold(f64::INFINITY, f64::min);
-    let high = ranges().map(|range| range[1]).fold(f64::NEG_INFINITY, f64::max);
-    let range = arguments.range.unwrap_or(if low <= high { [low, high] } else { [0.0, 1.0] });
-    let draw = |(frame, surface)| picture(arguments, frame, surface, range, Some(window));
-    frames.iter().zip(&surfaces).map(draw).collect()
+/// The whole numbers from one end of a range to the other; none where they are too many for a colour each.
+fn whole_numbers([low, high]: [f64; 2]) -> Option<Vec<f64>> {
+    const MOST: f64 = 12.0;
+    let is_whole = low.fract() == 0.0 && high.fract() == 0.0;
+    (is_whole && high - low < MOST).then(|| (0..=(high - low) as u32).map(|step| low + f64::from(step)).collect())
+}
+
+/// A picture of each frame, all with the same window and range, as an animation. Frames are read twice, so that one of them at a time
+/// is in memory.
+fn animation(arguments: &PlotArguments, series: &Series) -> Result<Vec<u8>, Failure> {
+    let mut extent = Extent::NOTHING;
+    let mut range: Option<[f64; 2]> = None;
+    for frame in series.all() {
+        let surface = surface(arguments, &frame?)?;
+        extent.take_in(&surface, arguments.view);
+        let joined = |[low, high]: [f64; 2], [least, most]: [f64; 2]| [low.min(least), high.max(most)];
+        range = surface.range().map(|own| range.map_or(own, |range| joined(range, own))).or(range);
+    }
+    let range = arguments.range.or(range).unwrap_or(NO_RANGE);
+    let window = extent.window();
+    let pictures = series.all().map(|frame| {
+        let frame = frame?;
+        picture(arguments, frame.time, &surface(arguments, &frame)?, range, window)
+    });
+    drawing::animated_png(series.frames.len(), pictures)
 }
 
 /// The curves of one run, or of two laid over each other: the first solid, the second dashed.
@@ -295,5 +322,19 @@ fn history_title(runs: &[&PathBuf]) -> String {
     match runs {
         [first, second] => format!("{} (solid), {} (dashed)", name(first), name(second)),
         runs => runs.iter().map(|run| name(run)).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_of_few_whole_numbers_has_a_colour_for_each() {
+        assert_eq!(whole_numbers([1.0, 3.0]), Some(vec![1.0, 2.0, 3.0]));
+        assert_eq!(whole_numbers([1.0, 1.0]), Some(vec![1.0]));
+        assert_eq!(whole_numbers([1.0, 13.0]), None);
+        assert_eq!(whole_numbers([0.5, 3.0]), None);
+        assert_eq!(whole_numbers([0.0, 1e300]), None);
     }
 }

@@ -63,12 +63,9 @@ impl Series {
         read(path)
     }
 
-    /// All frames.
-    ///
-    /// # Errors
-    /// One of them cannot be read.
-    pub fn all(&self) -> Result<Vec<FrameContent>, Failure> {
-        self.frames.iter().map(|(_, path)| read(path)).collect()
+    /// All frames, read one after another; one that cannot be read is an error.
+    pub fn all(&self) -> impl Iterator<Item = Result<FrameContent, Failure>> {
+        self.frames.iter().map(|(_, path)| read(path))
     }
 }
 

@@ -68,22 +68,25 @@ impl Raster {
     }
 }
 
-/// Pictures of one size, one after another, as an animated PNG that begins again at its end.
+/// So many pictures of one size, one after another, as an animated PNG that begins again at its end.
 ///
 /// # Errors
-/// There are none, or they have no pixels.
-pub fn animated_png(pictures: &[Raster]) -> Result<Vec<u8>, png::EncodingError> {
+/// A picture cannot be made, there are fewer, or they have no pixels.
+pub fn animated_png<E: From<png::EncodingError>>(
+    count: usize,
+    mut pictures: impl Iterator<Item = Result<Raster, E>>,
+) -> Result<Vec<u8>, E> {
     let mut content = Vec::new();
-    let [first, ..] = pictures else { return Ok(content) };
+    let Some(first) = pictures.next().transpose()? else { return Ok(content) };
     let mut encoder = first.encoder(&mut content);
-    encoder.set_animated(pictures.len() as u32, 0)?;
+    encoder.set_animated(count as u32, 0)?;
     encoder.set_frame_delay(DELAYS[0], 10)?;
     let mut writer = encoder.write_header()?;
-    for (index, picture) in pictures.iter().enumerate() {
-        if index + 1 == pictures.len() {
+    for (index, picture) in std::iter::once(Ok(first)).chain(pictures).enumerate() {
+        if index + 1 == count {
             writer.set_frame_delay(DELAYS[1], 10)?;
         }
-        writer.write_image_data(picture.pixels.as_flattened())?;
+        writer.write_image_data(picture?.pixels.as_flattened())?;
     }
     writer.finish()?;
     Ok(content)

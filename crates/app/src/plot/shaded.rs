@@ -1,7 +1,7 @@
 //! Shaded pictures of surfaces: an orthographic view through a depth buffer, light from beside the eye, a colour for each value.
 
 use super::drawing::{Colour, Raster};
-use super::surface::Surface;
+use super::surface::{Corner, Surface};
 
 /// Where the eye is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,26 +45,47 @@ pub struct Window {
     pub size: [f64; 2],
 }
 
-impl Window {
-    /// The smallest window around surfaces; a point of a window where there is nothing.
-    pub fn around<'a>(surfaces: impl Iterator<Item = &'a Surface>, view: View) -> Self {
+/// What of the plane of the picture surfaces take up.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Extent {
+    /// That of nothing.
+    pub const NOTHING: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+
+    /// Takes in a surface.
+    pub fn take_in(&mut self, surface: &Surface, view: View) {
         let [right, up, _] = view.axes();
-        let mut extent = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-        for vertex in
-            surfaces.flat_map(|surface| &surface.vertices).filter(|vertex| vertex.iter().all(|x| x.is_finite()))
-        {
+        for vertex in surface.vertices.iter().filter(|vertex| vertex.iter().all(|x| x.is_finite())) {
             for (i, along) in [dot(vertex, &right), dot(vertex, &up)].into_iter().enumerate() {
-                extent[0][i] = extent[0][i].min(along);
-                extent[1][i] = extent[1][i].max(along);
+                self.low[i] = self.low[i].min(along);
+                self.high[i] = self.high[i].max(along);
             }
         }
-        if extent[0][0] > extent[1][0] {
-            return Self { centre: [0.0; 2], size: [1.0; 2] };
+    }
+
+    /// The window with this extent; that of one metre around the origin where there is nothing.
+    pub fn window(self) -> Window {
+        let Self { low, high } = self;
+        if low[0] > high[0] {
+            return Window { centre: [0.0; 2], size: [1.0; 2] };
         }
-        Self {
-            centre: std::array::from_fn(|i| 0.5 * (extent[0][i] + extent[1][i])),
-            size: std::array::from_fn(|i| extent[1][i] - extent[0][i]),
+        Window {
+            centre: std::array::from_fn(|i| 0.5 * (low[i] + high[i])),
+            size: std::array::from_fn(|i| high[i] - low[i]),
         }
+    }
+}
+
+impl Window {
+    /// The smallest window around a surface.
+    pub fn around(surface: &Surface, view: View) -> Self {
+        let mut extent = Extent::NOTHING;
+        extent.take_in(surface, view);
+        extent.window()
     }
 }
 
@@ -104,8 +125,8 @@ pub fn draw(surface: &Surface, style: &Style, window: &Window, size: [usize; 2])
     let normals: Vec<[f64; 3]> = surface.faces.iter().map(|face| normal(face, &surface.vertices)).collect();
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); surface.vertices.len()];
     for (index, face) in surface.faces.iter().enumerate() {
-        for &vertex in face {
-            around[vertex as usize].push(index as u32);
+        for corner in face {
+            around[corner.vertex as usize].push(index as u32);
         }
     }
     // from above the eye's left shoulder
@@ -114,24 +135,20 @@ pub fn draw(surface: &Surface, style: &Style, window: &Window, size: [usize; 2])
         if dot(own_normal, &axes[2]) <= 0.0 {
             continue;
         }
-        let corner = |&vertex: &u32| {
+        let spot = |&Corner { vertex, value }: &Corner| {
             // the mean normal of the faces that go on smoothly
             let smooth = around[vertex as usize].iter().map(|&index| &normals[index as usize]);
             let smooth = smooth.filter(|normal| dot(normal, own_normal) > CREASE);
             let sum = smooth.fold([0.0; 3], |sum, normal| std::array::from_fn(|i| sum[i] + normal[i]));
-            Corner {
-                place: places[vertex as usize],
-                value: surface.values[vertex as usize],
-                light: dot(&unit(sum), &light).max(0.0),
-            }
+            Spot { place: places[vertex as usize], value, light: dot(&unit(sum), &light).max(0.0) }
         };
-        let corners: Vec<Corner> = face.iter().map(corner).collect();
-        if corners.iter().any(|corner| corner.place.iter().any(|x| !x.is_finite())) {
+        let spots: Vec<Spot> = face.iter().map(spot).collect();
+        if spots.iter().any(|spot| spot.place.iter().any(|x| !x.is_finite())) {
             continue;
         }
-        let middle = Corner::mean(&corners);
-        for (index, first) in corners.iter().enumerate() {
-            let second = &corners[(index + 1) % corners.len()];
+        let middle = Spot::mean(&spots);
+        for (index, first) in spots.iter().enumerate() {
+            let second = &spots[(index + 1) % spots.len()];
             canvas.triangle([middle, *first, *second], style);
         }
     }
@@ -140,20 +157,20 @@ pub fn draw(surface: &Surface, style: &Style, window: &Window, size: [usize; 2])
 
 /// A corner of a triangle on the canvas.
 #[derive(Clone, Copy)]
-struct Corner {
+struct Spot {
     place: [f64; 3],
     value: f64,
     light: f64,
 }
 
-impl Corner {
-    fn mean(corners: &[Self]) -> Self {
-        let share = (corners.len() as f64).recip();
-        let mean = |of: &dyn Fn(&Self) -> f64| corners.iter().map(of).sum::<f64>() * share;
+impl Spot {
+    fn mean(spots: &[Self]) -> Self {
+        let share = (spots.len() as f64).recip();
+        let mean = |of: &dyn Fn(&Self) -> f64| spots.iter().map(of).sum::<f64>() * share;
         Self {
-            place: std::array::from_fn(|i| mean(&|corner| corner.place[i])),
-            value: mean(&|corner| corner.value),
-            light: mean(&|corner| corner.light),
+            place: std::array::from_fn(|i| mean(&|spot| spot.place[i])),
+            value: mean(&|spot| spot.value),
+            light: mean(&|spot| spot.light),
         }
     }
 }
@@ -166,8 +183,8 @@ struct Canvas {
 
 impl Canvas {
     /// A triangle whose side opposite to the first corner is an edge of a face.
-    fn triangle(&mut self, corners: [Corner; 3], style: &Style) {
-        let [a, b, c] = corners.map(|corner| corner.place);
+    fn triangle(&mut self, spots: [Spot; 3], style: &Style) {
+        let [a, b, c] = spots.map(|spot| spot.place);
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if area == 0.0 || !area.is_finite() {
             return;
@@ -197,8 +214,8 @@ impl Canvas {
                     continue;
                 }
                 self.depths[index] = depth;
-                let colour = colour(mean(corners.map(|corner| corner.value)), style.range);
-                let brightness = (0.52 + 0.55 * mean(corners.map(|corner| corner.light))) as f32;
+                let colour = colour(mean(spots.map(|spot| spot.value)), style.range);
+                let brightness = (0.52 + 0.55 * mean(spots.map(|spot| spot.light))) as f32;
                 let mut pixel = colour.map(|part| (f32::from(part) * brightness).min(255.0));
                 if style.has_edges && weights[0] * height < EDGE_WIDTH * FINER as f64 {
                     pixel = std::array::from_fn(|i| pixel[i] + EDGE_STRENGTH * (EDGE[i] - pixel[i]));
@@ -249,11 +266,12 @@ pub fn colour(value: f64, [low, high]: [f64; 2]) -> Colour {
     })
 }
 
-fn normal(face: &[u32], vertices: &[[f64; 3]]) -> [f64; 3] {
+fn normal(face: &[Corner], vertices: &[[f64; 3]]) -> [f64; 3] {
     // Newell's sum: half of it is the area vector, also of a face that is not plane
     let mut sum = [0.0; 3];
-    for (index, &vertex) in face.iter().enumerate() {
-        let (a, b) = (vertices[vertex as usize], vertices[face[(index + 1) % face.len()] as usize]);
+    for (index, corner) in face.iter().enumerate() {
+        let next = face[(index + 1) % face.len()];
+        let (a, b) = (vertices[corner.vertex as usize], vertices[next.vertex as usize]);
         sum[0] += (a[1] - b[1]) * (a[2] + b[2]);
         sum[1] += (a[2] - b[2]) * (a[0] + b[0]);
         sum[2] += (a[0] - b[0]) * (a[1] + b[1]);
@@ -279,7 +297,8 @@ mod tests {
     /// A square of 1 m in the plane x = `depth`, whose normal points to the eye on the axis x.
     fn square(depth: f64, value: f64) -> Surface {
         let vertices = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[y, z]| [depth, y, z]).to_vec();
-        Surface { vertices, values: vec![value; 4], faces: vec![vec![0, 1, 2, 3]] }
+        let face = (0..4).map(|vertex| Corner { vertex, value }).collect();
+        Surface { vertices, faces: vec![face], ..Surface::default() }
     }
 
     fn style() -> Style {
@@ -291,9 +310,8 @@ mod tests {
         let mut both = square(0.0, 0.0);
         let near = square(1.0, 1.0);
         both.vertices.extend(near.vertices);
-        both.values.extend(near.values);
-        both.faces.push(vec![4, 5, 6, 7]);
-        let window = Window::around([&both].into_iter(), VIEW);
+        both.faces.push((4..8).map(|vertex| Corner { vertex, value: 1.0 }).collect());
+        let window = Window::around(&both, VIEW);
         let seen = draw(&both, &style(), &window, [60, 60]);
         let alone = draw(&square(1.0, 1.0), &style(), &window, [60, 60]);
         assert_eq!(seen.pixels, alone.pixels);
@@ -305,7 +323,7 @@ mod tests {
     fn faces_that_look_away_are_not_seen() {
         let mut turned = square(0.0, 0.5);
         turned.faces[0].reverse();
-        let window = Window::around([&turned].into_iter(), VIEW);
+        let window = Window::around(&turned, VIEW);
         assert!(draw(&turned, &style(), &window, [30, 30]).pixels.iter().all(|pixel| *pixel == [255; 3]));
     }
 
@@ -313,10 +331,10 @@ mod tests {
     fn numbers_that_are_none_do_no_harm() {
         let mut broken = square(0.0, f64::NAN);
         broken.vertices[2] = [f64::INFINITY, f64::NAN, 0.0];
-        let window = Window::around([&broken].into_iter(), VIEW);
+        let window = Window::around(&broken, VIEW);
         draw(&broken, &style(), &window, [30, 30]);
         let nothing = Surface::default();
-        let window = Window::around([&nothing].into_iter(), VIEW);
+        let window = Window::around(&nothing, VIEW);
         draw(&nothing, &style(), &window, [30, 30]);
         assert_eq!(colour(f64::NAN, [0.0, 1.0]), NO_VALUE);
         assert_eq!(colour(5.0, [1.0, 1.0]), colour(0.5, [0.0, 1.0]));

@@ -325,7 +325,7 @@ fn picture(case: &Case, results: &Path) -> Option<Picture> {
     }
     let view = View { azimuth: 35.0, elevation: 25.0 };
     let style = Style { view, range: [low, high], has_edges: true };
-    let window = Window::around([&surface].into_iter(), view);
+    let window = Window::around(&surface, view);
     let raster = shaded::draw(&surface, &style, &window, [560, 420]);
     let caption = if varies([low, high]) {
         format!("The body at the end, {words} from {} to {}{unit}.", digits(low, 4), digits(high, 4))

@@ -70,14 +70,14 @@ export function decode(buffer) {
     return array;
   };
   const places = take(Float32Array, 3 * head.vertices);
-  const values = take(Float32Array, head.vertices);
   const corners = take(Uint32Array, head.corners);
+  const values = take(Float32Array, head.corners);
   const counts = take(Uint8Array, head.faces);
-  return { ...head, places, values, corners, counts };
+  return { ...head, places, corners, values, counts };
 }
 
 /** Corners of their own for every face, around its middle, so that a crease stays sharp and an edge is known from inside. */
-function triangles({ places, values, corners, counts, vertices }) {
+function triangles({ places, corners, values, counts, vertices }) {
   const normals = faceNormals(places, corners, counts);
   // faces around each vertex
   const starts = new Uint32Array(vertices + 1);
@@ -114,7 +114,7 @@ function triangles({ places, values, corners, counts, vertices }) {
         }
       }
       const size = Math.hypot(x, y, z) || 1;
-      const value = Number.isFinite(values[corner]) ? values[corner] : NO_NUMBER;
+      const value = Number.isFinite(values[at + i]) ? values[at + i] : NO_NUMBER;
       const row = [places[3 * corner], places[3 * corner + 1], places[3 * corner + 2], x / size, y / size, z / size, value];
       isFinite &&= Number.isFinite(row[0] + row[1] + row[2]);
       numbers.set(row, 8 * (vertex + i));

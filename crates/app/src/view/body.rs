@@ -2,7 +2,7 @@
 
 use super::results::Stamp;
 use crate::fields;
-use crate::plot::surface::{GHOSTS, Part, Skin, Surface};
+use crate::plot::surface::{GHOSTS, PART, Part, Skin, Surface};
 use estar_io::{FrameContent, read_frame_with};
 use serde_json::json;
 use std::collections::VecDeque;
@@ -57,8 +57,10 @@ impl Bodies {
                 stamp.length() >> 20
             ));
         }
-        let is_choice = |name: &str| CHOICES.contains(&name);
-        let is_wanted = |name: &str| name == GHOSTS || field.map_or_else(|| is_choice(name), |field| field == name);
+        // values are worked out within a part
+        let is_needed = |name: &str| [GHOSTS, PART].contains(&name);
+        let is_wanted =
+            |name: &str| is_needed(name) || field.map_or_else(|| CHOICES.contains(&name), |field| field == name);
         let frame = read_frame_with(path, LARGEST_FILE, is_wanted).map_err(|error| error.to_string())?;
         let content: Arc<[u8]> = self.packed(number, &frame, field, component)?.into();
         self.kept.push_front((key, Arc::clone(&content)));
@@ -106,6 +108,7 @@ impl Bodies {
             "field": name,
             "component": component,
             "unit": fields::unit_of(name),
+            "label": fields::is_label(name),
             "range": surface.range(),
             "middle": middle,
             "vertices": surface.vertices.len(),
@@ -119,10 +122,13 @@ impl Bodies {
 }
 
 /// Length of the head, the head, then as single-precision and 32-bit numbers in the little-endian order of every browser: places
-/// relative to the middle, values, corners of the faces one after another; at the end a byte a face with its number of corners.
+/// relative to the middle, vertices of the corners of the faces one after another, a value for each of the corners; at the end a byte
+/// a face with its number of corners.
 fn bytes(head: &str, surface: &Surface, middle: [f64; 3]) -> Vec<u8> {
     let padded = head.len().next_multiple_of(4);
-    let mut bytes = Vec::with_capacity(4 + padded + 16 * surface.vertices.len() + 17 * surface.faces.len());
+    let corners = || surface.faces.iter().flatten();
+    let size = 12 * surface.vertices.len() + 8 * corners().count() + surface.faces.len();
+    let mut bytes = Vec::with_capacity(4 + padded + size);
     bytes.extend((padded as u32).to_le_bytes());
     bytes.extend(head.as_bytes());
     bytes.resize(4 + padded, b' ');
@@ -131,12 +137,8 @@ fn bytes(head: &str, surface: &Surface, middle: [f64; 3]) -> Vec<u8> {
             bytes.extend(((place - middle) as f32).to_le_bytes());
         }
     }
-    for value in &surface.values {
-        bytes.extend((*value as f32).to_le_bytes());
-    }
-    for corner in surface.faces.iter().flatten() {
-        bytes.extend(corner.to_le_bytes());
-    }
+    corners().for_each(|corner| bytes.extend(corner.vertex.to_le_bytes()));
+    corners().for_each(|corner| bytes.extend((corner.value as f32).to_le_bytes()));
     bytes.extend(surface.faces.iter().map(|face| face.len() as u8));
     bytes
 }
@@ -191,14 +193,14 @@ mod tests {
         let head: serde_json::Value = serde_json::from_slice(&packed[4..4 + length]).unwrap();
         assert_eq!((&head["frame"], &head["unit"], &head["range"]), (&json!(7), &json!("m/s"), &json!([5.0, 5.0])));
         assert_eq!((&head["vertices"], &head["faces"], &head["corners"]), (&json!(4), &json!(4), &json!(12)));
-        assert_eq!(packed.len(), 4 + length + 4 * (3 * 4 + 4 + 12) + 4);
+        assert_eq!(packed.len(), 4 + length + 4 * (3 * 4 + 12 + 12) + 4);
         let number = |index: usize| {
             let start = 4 + length + 4 * index;
             f32::from_le_bytes(packed[start..start + 4].try_into().unwrap())
         };
         // half a metre on either side of the middle
         assert!((0..12).all(|index| number(index).abs() == 0.5));
-        assert!((12..16).all(|index| number(index) == 5.0));
+        assert!((24..36).all(|index| number(index) == 5.0));
         assert_eq!(packed[packed.len() - 4..], [3; 4]);
     }
 
@@ -210,6 +212,10 @@ mod tests {
             head(bodies.packed(0, &frame(), None, None).unwrap()).contains("\"field\":\"equivalent_plastic_strain\"")
         );
         assert!(head(bodies.packed(0, &frame(), Some("velocity"), Some("z")).unwrap()).contains("\"range\":[4.0,4.0]"));
+        let mut numbered = frame();
+        numbered.cell_fields.insert(PART.to_owned(), FieldContent { components: 1, data: vec![3.0] });
+        let numbered = head(bodies.packed(0, &numbered, Some(PART), None).unwrap());
+        assert!(numbered.contains("\"label\":true") && numbered.contains("\"range\":[3.0,3.0]"), "{numbered}");
         assert!(bodies.packed(0, &frame(), Some("heat"), None).is_err());
         assert!(bodies.packed(0, &frame(), Some("velocity"), Some("xx")).is_err());
     }

@@ -306,6 +306,20 @@ function showFields() {
   component.value = surface.component ?? "";
 }
 
+/** The whole numbers from one end of a range to the other; none where they are too many for a colour each. */
+function wholeNumbers([low, high]) {
+  const isFew = Number.isInteger(low) && Number.isInteger(high) && low <= high && high - low < 12;
+  return isFew ? Array.from({ length: high - low + 1 }, (_, step) => low + step) : null;
+}
+
+/** The colour of a value, as the body has it. */
+function colourOf(value, [low, high]) {
+  const last = state.colours.length - 1;
+  const at = last * (high > low ? Math.min(Math.max((value - low) / (high - low), 0), 1) : 0.5);
+  const index = Math.min(Math.floor(at), last - 1);
+  return state.colours[index].map((from, i) => from + (at - index) * (state.colours[index + 1][i] - from));
+}
+
 function setRange() {
   if (surface === null) return;
   const [least, most] = surface.range ?? [0, 1];
@@ -318,10 +332,15 @@ function setRange() {
   part("low").placeholder = short(least);
   part("high").placeholder = short(most);
   body.range = range;
-  const steps = state.colours.map((colour, index) => `rgb(${colour.join(" ")}) ${(100 * index) / (state.colours.length - 1)}%`);
+  const numbers = surface.label ? wholeNumbers(range) : null;
+  const share = (step, count) => `${(100 * step) / count}%`;
+  const steps = numbers === null
+    ? state.colours.map((colour, index) => `rgb(${colour.join(" ")}) ${share(index, state.colours.length - 1)}`)
+    : numbers.map((number, index) => `rgb(${colourOf(number, range).join(" ")}) ${share(index, numbers.length)} ${share(index + 1, numbers.length)}`);
   part("gradient").style.background = `linear-gradient(to top, ${steps.join(", ")})`;
-  const marks = [1, 0.75, 0.5, 0.25, 0].map((at) => element("li", short(range[0] + at * (range[1] - range[0]))));
-  part("ticks").replaceChildren(...marks);
+  const values = numbers ?? [0, 0.25, 0.5, 0.75, 1].map((at) => range[0] + at * (range[1] - range[0]));
+  part("ticks").className = numbers === null ? "" : "numbers";
+  part("ticks").replaceChildren(...values.map((value) => element("li", short(value))).reverse());
   const component = surface.component === null ? "" : ` ${surface.component}`;
   const unit = surface.unit === null ? "" : ` [${surface.unit}]`;
   part("quantity").textContent = `${plain(surface.field)}${component}${unit}`;
