@@ -1,7 +1,9 @@
 //! Type set as outlines. `_{...}` lowers and `^{...}` raises what stands in the braces.
 
 use super::drawing::{Colour, Drawing, Ink, Segment};
-use ttf_parser::{Face, GlyphId, OutlineBuilder};
+use skrifa::instance::{LocationRef, Size};
+use skrifa::outline::{DrawSettings, OutlineGlyphCollection, OutlinePen};
+use skrifa::{FontRef, GlyphId, MetadataProvider};
 
 /// DejaVu Sans 2.37, cut down to Latin, Greek and the signs of formulas (licence beside it).
 const FONT: &[u8] = include_bytes!("font/DejaVuSans.ttf");
@@ -40,14 +42,15 @@ const RAISED: f64 = -0.36;
 
 /// Sets a text.
 pub fn write(drawing: &mut Drawing, text: &str, placement: Placement, colour: Colour) {
-    let Some(face) = face() else { return };
-    let glyphs = glyphs(&face, text);
+    let Some(font) = font() else { return };
+    let glyphs = glyphs(&font, text);
     let shift = match placement.anchor {
         Anchor::Start => 0.0,
         Anchor::Middle => -0.5 * advance(&glyphs),
         Anchor::End => -advance(&glyphs),
     };
     let [x, y] = placement.at;
+    let outlines: OutlineGlyphCollection<'_> = font.outline_glyphs();
     let mut outline = Vec::new();
     for glyph in glyphs {
         let place = |u: f64, v: f64| {
@@ -55,18 +58,26 @@ pub fn write(drawing: &mut Drawing, text: &str, placement: Placement, colour: Co
             let across = (glyph.drop - v * glyph.scale) * placement.size;
             if placement.upright { [x + across, y - along] } else { [x + along, y + across] }
         };
-        face.outline_glyph(glyph.id, &mut Pen { outline: &mut outline, place });
+        // a glyph without an outline is a blank
+        let Some(shape) = outlines.get(glyph.id) else { continue };
+        // the tests draw every glyph of the font
+        let _ = shape.draw(settings(), &mut Pen { outline: &mut outline, place, start: [0.0; 2] });
     }
     drawing.draw(outline, Ink::Fill(colour));
 }
 
 /// The width of a text.
 pub fn width(text: &str, size: f64) -> f64 {
-    face().map_or(0.0, |face| advance(&glyphs(&face, text)) * size)
+    font().map_or(0.0, |font| advance(&glyphs(&font, text)) * size)
 }
 
-fn face() -> Option<Face<'static>> {
-    Face::parse(FONT, 0).ok()
+/// Outlines in the font's own units.
+fn settings() -> DrawSettings<'static> {
+    DrawSettings::unhinted(Size::unscaled(), LocationRef::default())
+}
+
+fn font() -> Option<FontRef<'static>> {
+    FontRef::new(FONT).ok()
 }
 
 /// A glyph in its place on a line of type of size 1.
@@ -86,8 +97,9 @@ fn advance(glyphs: &[Glyph]) -> f64 {
     glyphs.last().map_or(0.0, |glyph| glyph.offset + glyph.advance)
 }
 
-fn glyphs(face: &Face<'_>, text: &str) -> Vec<Glyph> {
-    let per_unit = f64::from(face.units_per_em()).recip();
+fn glyphs(font: &FontRef<'_>, text: &str) -> Vec<Glyph> {
+    let (characters, metrics) = (font.charmap(), font.glyph_metrics(Size::unscaled(), LocationRef::default()));
+    let per_unit = f64::from(font.metrics(Size::unscaled(), LocationRef::default()).units_per_em).recip();
     let mut glyphs = Vec::new();
     let mut offset = 0.0;
     // how far the type is lowered, inside of braces
@@ -104,9 +116,9 @@ fn glyphs(face: &Face<'_>, text: &str) -> Vec<Glyph> {
         if character == '}' && script.take().is_some() {
             continue;
         }
-        let id = face.glyph_index(character).unwrap_or_default();
+        let id = characters.map(character).unwrap_or_default();
         let scale = if script.is_some() { SCRIPT_SIZE * per_unit } else { per_unit };
-        let advance = f64::from(face.glyph_hor_advance(id).unwrap_or_default()) * scale;
+        let advance = f64::from(metrics.advance_width(id).unwrap_or_default()) * scale;
         glyphs.push(Glyph { id, offset, advance, drop: script.unwrap_or(0.0), scale });
         offset += advance;
     }
@@ -116,6 +128,8 @@ fn glyphs(face: &Face<'_>, text: &str) -> Vec<Glyph> {
 struct Pen<'a, P> {
     outline: &'a mut Vec<Segment>,
     place: P,
+    /// Where the contour began.
+    start: [f64; 2],
 }
 
 impl<P: Fn(f64, f64) -> [f64; 2]> Pen<'_, P> {
@@ -124,9 +138,10 @@ impl<P: Fn(f64, f64) -> [f64; 2]> Pen<'_, P> {
     }
 }
 
-impl<P: Fn(f64, f64) -> [f64; 2]> OutlineBuilder for Pen<'_, P> {
+impl<P: Fn(f64, f64) -> [f64; 2]> OutlinePen for Pen<'_, P> {
     fn move_to(&mut self, x: f32, y: f32) {
-        self.outline.push(Segment::Move(self.point(x, y)));
+        self.start = self.point(x, y);
+        self.outline.push(Segment::Move(self.start));
     }
 
     fn line_to(&mut self, x: f32, y: f32) {
@@ -143,6 +158,12 @@ impl<P: Fn(f64, f64) -> [f64; 2]> OutlineBuilder for Pen<'_, P> {
     }
 
     fn close(&mut self) {
+        // a straight last piece is left out by the font
+        let is_back =
+            matches!(self.outline.last(), Some(Segment::Line(end) | Segment::Quadratic(_, end)) if *end == self.start);
+        if !is_back {
+            self.outline.push(Segment::Line(self.start));
+        }
         self.outline.push(Segment::Close);
     }
 }
@@ -163,10 +184,26 @@ mod tests {
 
     #[test]
     fn the_font_has_what_labels_need() {
-        let face = face().unwrap();
+        let characters = font().unwrap().charmap();
         for character in ('!'..='~').chain("αβγεκλμνσττφΔΣΦ·×−±≤≥√°µᵀ".chars()) {
-            assert!(face.glyph_index(character).is_some(), "{character}");
+            assert!(characters.map(character).is_some(), "{character}");
         }
+    }
+
+    #[test]
+    fn every_glyph_of_the_font_is_drawn() {
+        let font = font().unwrap();
+        let outlines = font.outline_glyphs();
+        let mut drawn = 0;
+        for (character, id) in font.charmap().mappings() {
+            let mut outline = Vec::new();
+            let pen = &mut Pen { outline: &mut outline, place: |x, y| [x, y], start: [0.0; 2] };
+            outlines.get(id).unwrap().draw(settings(), pen).unwrap();
+            drawn += usize::from(!outline.is_empty());
+            let is_blank = char::from_u32(character).is_none_or(char::is_whitespace);
+            assert!(is_blank || !outline.is_empty(), "{character:x}");
+        }
+        assert!(drawn > 150, "{drawn}");
     }
 
     #[test]
