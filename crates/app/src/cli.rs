@@ -62,6 +62,8 @@ enum Command {
     },
     /// Print the manual page, for `man -l -`
     Man,
+    /// Print what others wrote of this program, and their licences
+    Notices,
 }
 
 #[derive(Debug, Args)]
@@ -196,10 +198,10 @@ fn element_count(text: &str) -> Result<usize, String> {
     }
 }
 
-/// The program: reads the command line, does what it says, and returns the exit status.
-pub fn main() -> ExitCode {
+/// The program: reads the command line, does what it says, and returns the exit status. The notices are of what others wrote of it.
+pub fn main(notices: &str) -> ExitCode {
     survive_file_size_limit();
-    match execute(Cli::parse().command) {
+    match execute(Cli::parse().command, notices) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             tell(&format!("{}\n", failure.to_string().trim_end()));
@@ -208,7 +210,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn execute(command: Command) -> Result<(), Failure> {
+fn execute(command: Command, notices: &str) -> Result<(), Failure> {
     match command {
         Command::Run(arguments) => run(&RunOptions {
             deck: arguments.deck,
@@ -242,6 +244,7 @@ fn execute(command: Command) -> Result<(), Failure> {
         Command::Convert(arguments) => convert(&arguments),
         Command::Completions { shell } => print_completions(shell),
         Command::Man => print_manual(),
+        Command::Notices => print(notices),
         Command::Bench(arguments) => bench(&BenchOptions {
             threads: arguments.threads,
             lanes: arguments.lanes.map_or_else(|| vec![LaneLevel::best()], |levels| levels.0),

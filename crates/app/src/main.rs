@@ -1,5 +1,5 @@
 //! The `estar` program.
 
 fn main() -> std::process::ExitCode {
-    estar::cli::main()
+    estar::cli::main(include_str!("../../../THIRD-PARTY-NOTICES"))
 }
