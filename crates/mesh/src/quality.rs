@@ -344,12 +344,12 @@ const SLOPES: [[[f64; 3]; 8]; 8] = {
     slopes
 };
 
-/// ∫ det ∂x/∂ξ dξ by the points that the elements of a shape have: 2×2×2 Gauss points of the hex, which are exact for any
-/// trilinear one, and four of a ten-node tet, exact for straight edges.
+/// The volume that the elements of a shape give mass to: ∫ det ∂x/∂ξ dξ of the trilinear hex, and of a ten-node tet what the four
+/// flat triangles of each face enclose, whether its edges are straight or bent.
 pub fn volume(shape: Shape, nodes: &[[f64; 3]]) -> f64 {
     match shape {
         Shape::Tet4 => determinant(&[1, 2, 3].map(|node| difference(&nodes[node], &nodes[0]))) / 6.0,
-        Shape::Tet10 => (0..4).map(|point| tet10_jacobian(nodes, point) / 24.0).sum(),
+        Shape::Tet10 => tet10_volume(nodes),
         Shape::Hex8 | Shape::Wedge6 | Shape::Pyramid5 => {
             let places = shape.corners_of_hex().unwrap_or(&[0; 8]);
             hex_volume(&places.map(|node| nodes[node]))
@@ -357,22 +357,15 @@ pub fn volume(shape: Shape, nodes: &[[f64; 3]]) -> f64 {
     }
 }
 
-/// det ∂x/∂ξ at the point of a ten-node tet that is nearest to the given corner: there λ = 0.585… of that corner and
-/// 0.138… of the others.
-fn tet10_jacobian(nodes: &[[f64; 3]], point: usize) -> f64 {
-    const FAR: f64 = 0.138_196_601_125_010_5;
-    let share = |corner: usize| if corner == point { 1.0 - 3.0 * FAR } else { FAR };
-    // x = Σ λ_i (2 λ_i − 1) x_i + Σ 4 λ_i λ_j x_ij, and its derivatives by each λ
-    let slope = |corner: usize| {
-        let mut slope = nodes[corner].map(|x| (4.0 * share(corner) - 1.0) * x);
-        for other in (0..4).filter(|&other| other != corner) {
-            let middle = Shape::Tet10.middle(corner, other).map_or([0.0; 3], |middle| nodes[middle]);
-            slope = std::array::from_fn(|i| slope[i] + 4.0 * share(other) * middle[i]);
-        }
-        slope
+/// ⅙ Σ x_a · (x_b × x_c) over the triangles of the faces, which go from the corners to the middles of the edges.
+fn tet10_volume(nodes: &[[f64; 3]]) -> f64 {
+    let of_face = |face: &&[usize]| {
+        let &&[a, b, c, ab, bc, ca] = face else { return 0.0 };
+        let triangles = [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]];
+        // from one of its nodes, so that nothing is lost far from the origin
+        triangles.map(|triangle| determinant(&triangle.map(|node| difference(&nodes[node], &nodes[0])))).iter().sum()
     };
-    let first = slope(0);
-    determinant(&[1, 2, 3].map(|corner| difference(&slope(corner), &first)))
+    Shape::Tet10.faces().iter().map(of_face).sum::<f64>() / 6.0
 }
 
 fn hex_volume(corners: &[[f64; 3]; 8]) -> f64 {
@@ -497,6 +490,20 @@ mod tests {
             let quality = ElementQuality::new(shape, &mirrored);
             assert!((quality.volume + volume).abs() < 1e-15 && quality.scaled_jacobian < -0.99, "{shape}: {quality:?}");
         }
+    }
+
+    /// A middle that is pulled out by h along two faces takes h/4 with it, the cone over the six nodes around it; the quadratic
+    /// map of the same nodes would take h/3.
+    #[test]
+    fn a_bent_tet_has_the_volume_within_its_flat_triangles() {
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let middle = |[a, b]: [usize; 2]| std::array::from_fn(|i| 0.5 * (corners[a][i] + corners[b][i]));
+        let mut nodes = [&corners[..], &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]].map(middle)].concat();
+        let far =
+            |nodes: &[[f64; 3]]| volume(Shape::Tet10, &nodes.iter().map(|x| x.map(|c| c + 8.0)).collect::<Vec<_>>());
+        assert!((far(&nodes) - 1.0 / 6.0).abs() < 1e-15);
+        nodes[4] = [0.5, -0.1, -0.1];
+        assert!((far(&nodes) - (1.0 / 6.0 + 0.1 / 4.0)).abs() < 1e-15, "{}", far(&nodes));
     }
 
     #[test]
