@@ -1,7 +1,8 @@
 //! Frames, written by a thread of their own so that output does not stop the loop.
 //!
-//! The loop copies what only it has: displacements, velocities, and means over the points of the elements. What follows from
-//! them (places, von Mises stress, pressure, volume ratio) the writer works out number by number.
+//! The loop copies what only it has: displacements, velocities, means over the points of the elements, and volume ratios where
+//! elements share them. What follows from these (places, von Mises stress, pressure, volume ratio elsewhere) the writer works out
+//! number by number.
 //!
 //! A frame's numbers are in a buffer that goes to and fro. When a frame comes before the last one is written, the loop waits
 //! for the buffer: memory is bounded, and no frame is lost. More buffers would help only where frames come in bursts.
@@ -62,6 +63,8 @@ pub struct FrameNumbers {
     cauchy_stress: Vec<[f64; 6]>,
     equivalent_plastic_strain: Vec<f64>,
     temperature: Vec<f64>,
+    /// Empty where no element shares its volume change: then it follows from the displacement.
+    volume_ratio: Vec<f64>,
     /// Of deleted elements [`HIDDEN_CELL`]; empty where none ever is deleted.
     ghosts: Vec<u8>,
 }
@@ -226,7 +229,13 @@ impl FrameNumbers {
         if simulation.deletes() {
             self.ghosts.extend(simulation.deleted().into_iter().map(|deleted| if deleted { HIDDEN_CELL } else { 0 }));
         }
-        simulation.write_means(ElementMeans { cauchy_stress: stress, equivalent_plastic_strain: strain, temperature });
+        let means =
+            ElementMeans { cauchy_stress: stress, equivalent_plastic_strain: strain, temperature, volume_ratio: None };
+        simulation.write_means(means);
+        if is_wanted(&[Field::VolumeRatio]) && simulation.shares_volume() {
+            self.volume_ratio.resize(element_count, 0.0);
+            simulation.write_volume_ratio(&mut self.volume_ratio);
+        }
     }
 
     /// The numbers of some nodes and elements, in their order.
@@ -242,6 +251,7 @@ impl FrameNumbers {
             cauchy_stress: chosen(&self.cauchy_stress, elements),
             equivalent_plastic_strain: chosen(&self.equivalent_plastic_strain, elements),
             temperature: chosen(&self.temperature, elements),
+            volume_ratio: chosen(&self.volume_ratio, elements),
             ghosts: chosen(&self.ghosts, elements),
         }
     }
@@ -261,7 +271,10 @@ impl FrameNumbers {
         let place = |k: usize| reference[k / 3][k % 3] + displacement[k / 3][k % 3];
         let von_mises_stress = |hex: usize| von_mises_stress(&stress[hex]);
         let pressure = |hex: usize| pressure(&stress[hex]);
-        let volume_ratio = |element: usize| volume_ratio(mesh.elements(), element, reference, displacement);
+        let volume_ratio = |element: usize| match self.volume_ratio.get(element) {
+            Some(ratio) => *ratio,
+            None => volume_ratio(mesh.elements(), element, reference, displacement),
+        };
         let computed = |number| FieldData::Computed { count: mesh.element_count(), number };
 
         let (mut node_fields, mut cell_fields) = (Vec::new(), Vec::new());

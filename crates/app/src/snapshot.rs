@@ -16,6 +16,7 @@ pub struct Snapshot<'a> {
     cauchy_stress: OnceCell<Vec<[f64; 6]>>,
     equivalent_plastic_strain: OnceCell<Vec<f64>>,
     temperature: OnceCell<Vec<f64>>,
+    volume_ratio: OnceCell<Vec<f64>>,
 }
 
 impl<'a> Snapshot<'a> {
@@ -27,6 +28,7 @@ impl<'a> Snapshot<'a> {
             cauchy_stress: OnceCell::new(),
             equivalent_plastic_strain: OnceCell::new(),
             temperature: OnceCell::new(),
+            volume_ratio: OnceCell::new(),
         }
     }
 
@@ -58,6 +60,15 @@ impl<'a> Snapshot<'a> {
         })
     }
 
+    /// Volume ratio of every element.
+    fn volume_ratio(&self) -> &[f64] {
+        self.volume_ratio.get_or_init(|| {
+            let mut field = vec![0.0; self.mesh.element_count()];
+            self.simulation.write_volume_ratio(&mut field);
+            field
+        })
+    }
+
     /// Current position of a node.
     pub fn position(&self, node: u32) -> [f64; 3] {
         let (start, moved) = (self.mesh.coordinates()[node as usize], self.simulation.displacement()[node as usize]);
@@ -77,6 +88,7 @@ impl<'a> Snapshot<'a> {
             ProbeField::Temperature => self.temperature()[at],
             ProbeField::VonMisesStress => von_mises_stress(&self.cauchy_stress()[at]),
             ProbeField::Pressure => pressure(&self.cauchy_stress()[at]),
+            ProbeField::VolumeRatio if self.simulation.shares_volume() => self.volume_ratio()[at],
             ProbeField::VolumeRatio => {
                 volume_ratio(self.mesh.elements(), at, self.mesh.coordinates(), self.simulation.displacement())
             }

@@ -62,7 +62,8 @@ pub struct Neighbourhood<R> {
     pub jacobian: R,
     /// Δt tr D̄ at mid-step, averaged likewise.
     pub increment: R,
-    /// ⅓ tr T of the element at t_{n+1}, Pa, the forces of which are left to who averages.
+    /// ⅓ tr T at t_{n+1}, Pa: that of the element, the forces of which are left to who averages, and after that the mean over
+    /// the neighbours, which acts.
     pub mean_stress: R,
 }
 
@@ -203,8 +204,13 @@ pub trait ElementHistory<R: Real, S>: Copy + Send + Sync + 'static {
     /// Stable time step at t_n, s.
     fn stable_time_step(&self) -> R;
 
-    /// What the element shares with its neighbours; set before each step, so that it is no part of the numbers below.
-    fn neighbourhood(&mut self) -> Option<&mut Neighbourhood<R>> {
+    /// What the element shares with its neighbours.
+    fn neighbourhood(&self) -> Option<&Neighbourhood<R>> {
+        None
+    }
+
+    /// The same, for who averages.
+    fn neighbourhood_mut(&mut self) -> Option<&mut Neighbourhood<R>> {
         None
     }
 

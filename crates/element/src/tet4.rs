@@ -61,7 +61,11 @@ impl<R: Real, S: PointState<R>> ElementHistory<R, S> for Tet4History<S, R> {
         self.stable_time_step
     }
 
-    fn neighbourhood(&mut self) -> Option<&mut Neighbourhood<R>> {
+    fn neighbourhood(&self) -> Option<&Neighbourhood<R>> {
+        Some(&self.neighbourhood)
+    }
+
+    fn neighbourhood_mut(&mut self) -> Option<&mut Neighbourhood<R>> {
         Some(&mut self.neighbourhood)
     }
 
@@ -70,6 +74,9 @@ impl<R: Real, S: PointState<R>> ElementHistory<R, S> for Tet4History<S, R> {
         self.rotations[0].0.into_iter().for_each(&mut visit);
         visit(self.stable_time_step);
         visit(self.viscous_pressure);
+        // no step needs them, but who looks at the state
+        visit(self.neighbourhood.jacobian);
+        visit(self.neighbourhood.mean_stress);
     }
 
     fn from_numbers(mut next: impl FnMut() -> R) -> Self {
@@ -78,7 +85,7 @@ impl<R: Real, S: PointState<R>> ElementHistory<R, S> for Tet4History<S, R> {
             rotations: [Rotation(estar_tensor::array(|_| next()))],
             stable_time_step: next(),
             viscous_pressure: next(),
-            neighbourhood: Neighbourhood::at_rest(),
+            neighbourhood: Neighbourhood { jacobian: next(), mean_stress: next(), ..Neighbourhood::at_rest() },
         }
     }
 

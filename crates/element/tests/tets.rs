@@ -41,7 +41,7 @@ fn forces<const NODES: usize, E: Element<NODES>>(
     let position = std::array::from_fn(|node| reference[node] + motion[node]);
     let moved = ElementMotion { reference, position, velocity: *motion, corner_mass };
     let mut history = E::initial_history::<f64, Elastic>(&material, 0.0);
-    if let Some(shared) = history.neighbourhood() {
+    if let Some(shared) = history.neighbourhood_mut() {
         // an element without neighbours has its own volume change
         let of_tet = |field: &[Vector3<f64>; NODES]| std::array::from_fn(|node| field[node]);
         let moved = ElementMotion {

@@ -18,13 +18,13 @@ use crate::parameter::{ParameterError, checked, not_negative, positive};
 use estar_tensor::{Real, array, inlined};
 
 /// A yield surface with the elasticity that measures distance from it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosestPoint {
     elasticity: IsotropicElasticity,
     surface: Surface,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Surface {
     /// r ≤ radius − slope z; flow along the normal of r + dilatancy z.
     Revolution { radius: f64, slope: f64, dilatancy: f64 },

@@ -26,7 +26,7 @@ use crate::{
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor};
 
 /// The E* theory in box-rate form; `K` is `()` or [`KinematicHardening`](crate::KinematicHardening).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EStar<K, H> {
     elasticity: IsotropicElasticity,
     hardening: H,

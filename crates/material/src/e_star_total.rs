@@ -27,7 +27,7 @@ use crate::{FlowStart, Hardening, IsotropicElasticity, Material, MaterialUpdate,
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, inlined};
 
 /// The E* theory in total form.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EStarTotal<H> {
     elasticity: IsotropicElasticity,
     hardening: H,

@@ -10,7 +10,7 @@ use crate::{IsotropicElasticity, Material, MaterialUpdate, RotatedMotion};
 use estar_tensor::{Real, Rotation, SymmetricTensor};
 
 /// Isotropic elasticity in rate form.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Elastic {
     elasticity: IsotropicElasticity,
 }

@@ -31,7 +31,7 @@ use crate::{FlowStart, IsotropicElasticity, IsotropicHardening, Material, Materi
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor};
 
 /// The Green-Naghdi theory.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct GreenNaghdi {
     elasticity: IsotropicElasticity,
     hardening: IsotropicHardening,

@@ -21,7 +21,7 @@ use crate::{
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, array, inlined};
 
 /// Hencky hyperelasticity that yields on the surface `S`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Hencky<S> {
     elasticity: IsotropicElasticity,
     surface: S,

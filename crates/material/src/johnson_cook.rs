@@ -48,7 +48,7 @@ pub struct AdiabaticHeating {
 }
 
 /// The law of Johnson & Cook.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct JohnsonCook {
     /// A + B (ε̄ᵖ)ⁿ.
     strain_hardening: IsotropicHardening,

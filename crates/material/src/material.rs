@@ -162,7 +162,7 @@ pub struct MaterialUpdate<R, State> {
 macro_rules! materials {
     ($($(#[doc = $doc:literal])+ $name:ident($material:ty),)+) => {
         /// A material, whichever its theory; made from that by [`From`].
-        #[derive(Clone, Debug)]
+        #[derive(Clone, Debug, PartialEq)]
         pub enum MaterialModel {
             $($(#[doc = $doc])+ $name($material),)+
         }

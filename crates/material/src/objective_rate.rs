@@ -175,7 +175,7 @@ const SERIES_REACH: f64 = 0.05;
 
 /// Isotropic elasticity in rate form with any objective rate. [`crate::Elastic`] is the same with the box rate, in the
 /// frame where that costs least.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Hypoelastic {
     elasticity: IsotropicElasticity,
     rate: ObjectiveRate,

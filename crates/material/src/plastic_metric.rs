@@ -33,7 +33,7 @@ use crate::{FlowStart, IsotropicElasticity, IsotropicHardening, Material, Materi
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, Tensor, Vector3, array, inlined};
 
 /// Hyperelasticity with a flow rule for the plastic metric.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PlasticMetric {
     elasticity: IsotropicElasticity,
     hardening: IsotropicHardening,

@@ -81,7 +81,7 @@ pub struct PrincipalReturn<R: Real> {
 }
 
 /// √(3/2) ‖dev τ‖ = σ_y.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VonMises<H> {
     pub(crate) hardening: H,
 }
@@ -149,7 +149,7 @@ impl<H: Hardening> PrincipalSurface for VonMises<H> {
 }
 
 /// Largest principal value = σ_y: materials that break in tension.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rankine {
     pub(crate) hardening: IsotropicHardening,
 }

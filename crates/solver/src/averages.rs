@@ -1,23 +1,38 @@
-//! What the four-node tets of a block have between them: volume change and mean stress, averaged over nodes and back (see
-//! [`tet4`]). As with forces, each patch sums in rows of its own and each node sums its rows in one order.
+//! What the four-node tets of a material have between them: volume change and mean stress, averaged over nodes and back (see
+//! [`tet4`]), however the material is cut into parts. As with forces, each patch sums in rows of its own and each node sums its
+//! rows in one order.
 
 use crate::assembly::RowLists;
 use crate::patch::{PATCH, Patches};
 use crate::patch_rows::PatchRows;
+use crate::simulation::Block;
 use crate::solid_block::{MOST_LANES, NodalMotion};
 use estar_element::element::{ElementHistory, ElementMotion, Neighbourhood};
 use estar_element::tet4::{self, NODES, mean_stress_forces, volumes};
+use estar_material::MaterialModel;
 use estar_tensor::{Kernel, Real, Vector3};
 use rayon::prelude::*;
 use std::marker::PhantomData;
+use std::ops::Range;
 
-/// Averages over the nodes of a block.
+/// Averages over the nodes of all tets of one material.
 pub(crate) struct NodalAverages {
-    /// Four sums for each node of each patch.
+    members: Vec<Member>,
+    /// Four sums for each node of each patch, block by block.
     rows: Vec<[f64; 4]>,
     lists: RowLists,
     /// Of each node of the mesh J^¼, Δt θ and σ; of one that is in no element 1, 0, 0.
     nodes: Vec<[f64; 3]>,
+}
+
+/// A block whose elements take part.
+struct Member {
+    /// Its place in the simulation.
+    block: usize,
+    /// Its rows here.
+    rows: Range<usize>,
+    /// Its rows among those of the forces of all blocks.
+    force_rows: Range<usize>,
 }
 
 /// The packs of a block, in patches.
@@ -38,7 +53,7 @@ impl<'a, H, R> Packs<'a, H, R> {
 
 /// What is done with every element.
 #[derive(Clone, Copy)]
-enum Task {
+pub(crate) enum Task {
     /// Adds V, v, v at mid-step and its change to the rows.
     AddVolumes { time_step: f64 },
     /// Takes J̄ and Δt θ̄ from the averages of the nodes.
@@ -50,46 +65,74 @@ enum Task {
 }
 
 impl NodalAverages {
-    /// Of elements that have not moved.
-    pub fn new(patches: &Patches, node_count: usize) -> Self {
-        Self {
-            rows: vec![[0.0; 4]; patches.row_count()],
-            lists: RowLists::new(node_count, || patches.rows()),
-            nodes: vec![[1.0, 0.0, 0.0]; node_count],
+    /// Those of each material that has elements which share their volume change; `materials` are those of the blocks. Blocks of
+    /// equal parameters are of one material.
+    pub fn of_materials(materials: &[MaterialModel], blocks: &[Block], node_count: usize) -> Vec<Self> {
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for block in (0..blocks.len()).filter(|&block| blocks[block].elements.shares_volume()) {
+            match groups.iter_mut().find(|group| materials[group[0]] == materials[block]) {
+                Some(group) => group.push(block),
+                None => groups.push(vec![block]),
+            }
         }
+        groups.iter().map(|group| Self::new(group, blocks, node_count)).collect()
+    }
+
+    /// Of elements of the blocks of a group that have not moved.
+    fn new(group: &[usize], blocks: &[Block], node_count: usize) -> Self {
+        let row_count = |block: &Block| block.elements.patches().row_count();
+        let mut end = 0;
+        let member = |&block: &usize| {
+            let (start, first_force_row) = (end, blocks[..block].iter().map(row_count).sum::<usize>());
+            end += row_count(&blocks[block]);
+            Member { block, rows: start..end, force_rows: first_force_row..first_force_row + end - start }
+        };
+        let members: Vec<Member> = group.iter().map(member).collect();
+        let rows = || {
+            members.iter().flat_map(|Member { block, rows, .. }| {
+                blocks[*block].elements.patches().rows().map(|(node, row)| (node, rows.start + row))
+            })
+        };
+        let lists = RowLists::new(node_count, rows);
+        Self { members, rows: vec![[0.0; 4]; end], lists, nodes: vec![[1.0, 0.0, 0.0]; node_count] }
     }
 
     /// Gives every element the volume change of its neighbourhood.
-    pub fn share_volumes<S, H: ElementHistory<R, S>, R: Real>(
-        &mut self,
-        mut packs: Packs<'_, H, R>,
-        motion: NodalMotion<'_>,
-        time_step: f64,
-    ) {
-        packs.visit(motion, Task::AddVolumes { time_step }, &self.nodes, &mut self.rows);
+    pub fn share_volumes(&mut self, blocks: &mut [Block], motion: NodalMotion<'_>, time_step: f64) {
+        self.visit(blocks, motion, Task::AddVolumes { time_step });
         let (rows, lists) = (&self.rows, &self.lists);
         self.nodes.par_iter_mut().with_min_len(PATCH).enumerate().for_each(|(node, average)| {
             let [reference, now, half, change] = lists.sums(rows, node);
             *average =
                 if reference > 0.0 { [(now / reference).sqrt().sqrt(), change / half, 0.0] } else { [1.0, 0.0, 0.0] };
         });
-        packs.visit(motion, Task::TakeVolumes, &self.nodes, &mut self.rows);
+        self.visit(blocks, motion, Task::TakeVolumes);
     }
 
-    /// Adds the forces of the mean stress of every neighbourhood to those of the patches.
-    pub fn add_mean_stress_forces<S, H: ElementHistory<R, S>, R: Real>(
+    /// Adds the forces of the mean stress of every neighbourhood to those of the patches of all blocks.
+    pub fn add_mean_stress_forces(
         &mut self,
-        mut packs: Packs<'_, H, R>,
+        blocks: &mut [Block],
         motion: NodalMotion<'_>,
         patch_forces: &mut [[f64; 4]],
     ) {
-        packs.visit(motion, Task::AddStresses, &self.nodes, &mut self.rows);
+        self.visit(blocks, motion, Task::AddStresses);
         let (rows, lists) = (&self.rows, &self.lists);
         self.nodes.par_iter_mut().with_min_len(PATCH).enumerate().for_each(|(node, average)| {
             let [weighted, volume, ..] = lists.sums(rows, node);
             average[2] = if volume > 0.0 { weighted / volume } else { 0.0 };
         });
-        packs.visit(motion, Task::TakeStresses, &self.nodes, patch_forces);
+        for Member { block, force_rows, .. } in &self.members {
+            let forces = &mut patch_forces[force_rows.clone()];
+            blocks[*block].elements.visit_neighbourhoods(Task::TakeStresses, motion, &self.nodes, forces);
+        }
+    }
+
+    fn visit(&mut self, blocks: &mut [Block], motion: NodalMotion<'_>, task: Task) {
+        for Member { block, rows, .. } in &self.members {
+            let rows = &mut self.rows[rows.clone()];
+            blocks[*block].elements.visit_neighbourhoods(task, motion, &self.nodes, rows);
+        }
     }
 
     /// Bytes that a step reads and writes: rows and nodes of two means, and X, u, v and the mean of each node for four tasks.
@@ -100,7 +143,8 @@ impl NodalAverages {
 }
 
 impl<H, R: Real> Packs<'_, H, R> {
-    fn visit<S>(&mut self, motion: NodalMotion<'_>, task: Task, averages: &[[f64; 3]], rows: &mut [[f64; 4]])
+    /// Does a task with every element, in parallel patches.
+    pub fn visit<S>(&mut self, task: Task, motion: NodalMotion<'_>, averages: &[[f64; 3]], rows: &mut [[f64; 4]])
     where
         H: ElementHistory<R, S>,
     {
@@ -159,7 +203,7 @@ impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
         let mut force_lanes = [[[0.0; MOST_LANES]; 3]; NODES];
         for (pack, (history, corners)) in history.iter_mut().zip(corners.chunks_exact(pack_corners)).enumerate() {
             let is_deleted = history.stable_time_step().ge(R::splat(f64::INFINITY));
-            let Some(shared) = history.neighbourhood() else { continue };
+            let Some(shared) = history.neighbourhood_mut() else { continue };
             of_nodes.motion(corners, &mut motion, |corner, rows| averages[corner] = Vector3(rows[3]));
             let lane_count = R::LANES.min(element_count - pack * R::LANES);
             let added = match task {
@@ -179,6 +223,7 @@ impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
                     let [a, b, c, d] = &averages;
                     let (a, b, c, d) = (a.0[2], b.0[2], c.0[2], d.0[2]);
                     let mean_stress = R::select(is_deleted, zero, ((a + b) + (c + d)) * 0.25);
+                    shared.mean_stress = mean_stress;
                     let forces = mean_stress_forces(&motion.position, mean_stress);
                     for (lanes, force) in force_lanes.iter_mut().zip(&forces) {
                         for (lanes, component) in lanes.iter_mut().zip(force.0) {

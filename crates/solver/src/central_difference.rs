@@ -70,6 +70,9 @@ impl Simulation {
             least_stable_time_step: self.least_stable_time_step,
             eigenvalue: self.global_time_step.as_ref().map_or(0.0, |global| global.eigenvalue),
         };
+        for averages in &mut self.averages {
+            averages.share_volumes(&mut self.blocks, motion, time_step);
+        }
         self.elements = BlockReport::EMPTY;
         let mut patch_forces = self.patch_forces.as_mut_slice();
         for block in &mut self.blocks {
@@ -81,6 +84,9 @@ impl Simulation {
             block.hourglass_energy += report.hourglass_energy;
             self.energies.heat += report.plastic_dissipation * block.elements.heat_share().unwrap_or(0.0);
             self.elements = self.elements.followed_by(&report);
+        }
+        for averages in &mut self.averages {
+            averages.add_mean_stress_forces(&mut self.blocks, motion, &mut self.patch_forces);
         }
         self.energies.internal += self.elements.internal_energy - self.elements.deleted_energy;
         self.energies.deleted += self.elements.deleted_energy;

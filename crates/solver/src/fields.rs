@@ -15,18 +15,35 @@ impl Simulation {
         field.par_iter_mut().with_min_len(PATCH).enumerate().for_each(velocity);
     }
 
+    /// Writes the volume ratio of every element as its material sees it: of four-node tets that of their neighbourhood, of others
+    /// [`volume_ratio`].
+    pub fn write_volume_ratio(&self, field: &mut [f64]) {
+        let own = |(element, ratio): (usize, &mut f64)| {
+            *ratio = volume_ratio(self.mesh.elements(), element, self.mesh.coordinates(), &self.nodes.displacement);
+        };
+        field.par_iter_mut().with_min_len(PATCH).enumerate().for_each(own);
+        self.write_means(ElementMeans { volume_ratio: Some(field), ..ElementMeans::default() });
+    }
+
+    /// Whether it has elements that share their volume change with their neighbours.
+    pub fn shares_volume(&self) -> bool {
+        !self.averages.is_empty()
+    }
+
     /// Writes means over the quadrature points of every element, of the fields that are wanted. One sweep over the histories
     /// gives all; their size is what it costs.
     pub fn write_means(&self, means: ElementMeans<'_>) {
-        let ElementMeans { mut cauchy_stress, mut equivalent_plastic_strain, mut temperature } = means;
+        let ElementMeans { mut cauchy_stress, mut equivalent_plastic_strain, mut temperature, mut volume_ratio } =
+            means;
         for block in &self.blocks {
             let members = block.elements.members();
             let stresses = pieces(members, cauchy_stress.as_deref_mut());
             let strains = pieces(members, equivalent_plastic_strain.as_deref_mut());
             let temperatures = pieces(members, temperature.as_deref_mut());
-            let chunks = stresses.into_par_iter().zip(strains).zip(temperatures).enumerate();
-            chunks.for_each(|(chunk, ((cauchy_stress, equivalent_plastic_strain), temperature))| {
-                let means = ElementMeans { cauchy_stress, equivalent_plastic_strain, temperature };
+            let ratios = pieces(members, volume_ratio.as_deref_mut());
+            let chunks = stresses.into_par_iter().zip(strains).zip(temperatures).zip(ratios).enumerate();
+            chunks.for_each(|(chunk, (((cauchy_stress, equivalent_plastic_strain), temperature), volume_ratio))| {
+                let means = ElementMeans { cauchy_stress, equivalent_plastic_strain, temperature, volume_ratio };
                 block.elements.write_means(chunk, means);
             });
         }
@@ -36,12 +53,16 @@ impl Simulation {
 /// Fields over all elements that are to be filled with means over the quadrature points; none is a field not wanted.
 #[derive(Debug, Default)]
 pub struct ElementMeans<'a> {
-    /// Cauchy stress with the components xx, yy, zz, xy, yz, xz, Pa.
+    /// Cauchy stress with the components xx, yy, zz, xy, yz, xz, Pa; in four-node tets with the mean stress of the neighbourhood,
+    /// which acts.
     pub cauchy_stress: Option<&'a mut [[f64; 6]]>,
     /// Equivalent plastic strain ε̄ᵖ.
     pub equivalent_plastic_strain: Option<&'a mut [f64]>,
     /// Temperature, K; not a number in an element whose material has none.
     pub temperature: Option<&'a mut [f64]>,
+    /// Volume ratio of the neighbourhood of each four-node tet, which is what its material sees; nothing is written for other
+    /// elements, see [`volume_ratio`].
+    pub volume_ratio: Option<&'a mut [f64]>,
 }
 
 /// The piece of a field over all elements that holds each chunk of a block, whose members ascend; none of no field.
@@ -67,7 +88,7 @@ pub fn pressure(stress: &[f64; 6]) -> f64 {
 }
 
 /// Volume of an element over what it was: det F at the centre of a hex, a wedge or a pyramid, which F-bar gives every point, the
-/// mean of the whole of a tet.
+/// mean of the whole of a tet. It is what the material sees, but for four-node tets: see [`Simulation::write_volume_ratio`].
 pub fn volume_ratio(elements: &Elements, element: usize, reference: &[[f64; 3]], displacement: &[[f64; 3]]) -> f64 {
     let nodes = elements.nodes(element);
     let moved = |place: usize| {

@@ -1,6 +1,7 @@
 //! A simulation: the state of a body in motion, made from a model and a mesh.
 
 use crate::assembly::RowLists;
+use crate::averages::NodalAverages;
 use crate::central_difference::CHUNK;
 use crate::constraints::Constraints;
 use crate::energy::{CentredWork, Energies};
@@ -17,6 +18,7 @@ use crate::solid_block::{Behaviour, BlockReport, ElementBlock, Extreme, Largest,
 use crate::wall_contact::Behind;
 use arrayvec::ArrayVec;
 use estar_element::element::{Element, ElementVisitor};
+use estar_material::MaterialModel;
 use estar_mesh::{Face, MOST_NODES, Mesh};
 use estar_tensor::{LaneLevel, Vector3};
 use rayon::prelude::*;
@@ -45,6 +47,8 @@ pub struct Simulation {
     pub(crate) step_is_last: bool,
     pub(crate) nodes: Nodes,
     pub(crate) blocks: Vec<Block>,
+    /// Of each material with elements that share their volume change.
+    pub(crate) averages: Vec<NodalAverages>,
     pub(crate) patch_forces: Vec<[f64; 4]>,
     pub(crate) row_lists: RowLists,
     pub(crate) loads: Vec<NodalLoad>,
@@ -137,6 +141,7 @@ impl Simulation {
         let scaling = model.settings.mass_scaling;
         let factor = scaling.map_or(1.0, |scaling| scaling.factor);
         let (mut makes, mut masses, mut added_mass) = (Vec::new(), Vec::new(), Vec::new());
+        let materials: Vec<MaterialModel> = model.parts.iter().map(|part| part.material.clone()).collect();
         for mut part in std::mem::take(&mut model.parts) {
             // in the order of the mesh neighbours meet in the cache, and a chunk owns a piece of every field
             part.elements.sort_unstable();
@@ -216,6 +221,7 @@ impl Simulation {
             integration: CentredWork::default(),
             mesh: mesh.clone(),
             loads,
+            averages: NodalAverages::of_materials(&materials, &blocks, node_count),
             blocks,
             nodes: Nodes {
                 displacement: vec![[0.0; 3]; node_count],

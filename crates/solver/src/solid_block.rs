@@ -1,6 +1,6 @@
 //! Blocks of elements of one material and one formulation, packed so that the lanes of a number are elements.
 
-use crate::averages::{NodalAverages, Packs};
+use crate::averages::{Packs, Task};
 use crate::fields::ElementMeans;
 use crate::linear::{Linear, LinearPack};
 use crate::model::{Formulation, Part};
@@ -145,7 +145,8 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// The nodes of the block.
     fn patches(&self) -> &Patches;
 
-    /// Moves every element to t_{n+1} and writes the forces −∫ T ∇N_a dV on the nodes of each patch to its rows.
+    /// Moves every element to t_{n+1} and writes the forces −∫ T ∇N_a dV on the nodes of each patch to its rows; where elements
+    /// share their volume change, those of dev T.
     fn advance(
         &mut self,
         motion: NodalMotion<'_>,
@@ -153,6 +154,19 @@ pub(crate) trait ElementBlock: Send + Sync {
         limits: &StepLimits,
         patch_forces: &mut [[f64; 4]],
     ) -> BlockReport;
+
+    /// Whether its elements share their volume change with their neighbours.
+    fn shares_volume(&self) -> bool;
+
+    /// Does a part of the averaging with every element that shares its volume change: `averages` are of the nodes of the mesh,
+    /// `rows` of the nodes of each patch.
+    fn visit_neighbourhoods(
+        &mut self,
+        task: Task,
+        motion: NodalMotion<'_>,
+        averages: &[[f64; 3]],
+        rows: &mut [[f64; 4]],
+    );
 
     /// Finds what the linear forces need besides the geometry, at t_n with the damping of the step.
     fn find_tangents(&mut self, motion: NodalMotion<'_>, step: &ElementStep);
@@ -278,8 +292,6 @@ struct SolidBlock<M: Material, E: Element<NODES>, R: Real, const NODES: usize> {
     patches: Patches,
     corner_mass: Vec<R>,
     history: Vec<History<M, E, R, NODES>>,
-    /// What elements that share their volume change have between them.
-    averages: Option<NodalAverages>,
     /// Stress power that each element of each patch has taken, J, for the ledger of those that are deleted; empty where none
     /// ever is.
     internal_energies: Vec<Vec<R>>,
@@ -336,7 +348,6 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> SolidBlock<M, 
             material,
             element,
             members,
-            averages: E::SHARES_VOLUME.then(|| NodalAverages::new(&patches, mesh.node_count())),
             patches,
             corner_mass: (0..pack_count).map(mass).collect(),
             // each thread is the first to touch its part, which takes as long as all else here
@@ -366,10 +377,6 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> ElementBlock f
         patch_forces: &mut [[f64; 4]],
     ) -> BlockReport {
         let packs = PATCH / R::LANES;
-        if let Some(averages) = &mut self.averages {
-            let block = Packs::<_, R>::new(&self.patches, &mut self.history, self.members.len(), NODES);
-            averages.share_volumes(block, motion, step.time_step);
-        }
         let (material, element, patches) = (&self.material, self.element, &self.patches);
         let work = self
             .history
@@ -406,11 +413,22 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> ElementBlock f
                 });
             },
         );
-        if let Some(averages) = &mut self.averages {
-            let block = Packs::<_, R>::new(&self.patches, &mut self.history, self.members.len(), NODES);
-            averages.add_mean_stress_forces(block, motion, patch_forces);
-        }
         self.reports.iter().fold(BlockReport::EMPTY, BlockReport::followed_by)
+    }
+
+    fn shares_volume(&self) -> bool {
+        E::SHARES_VOLUME
+    }
+
+    fn visit_neighbourhoods(
+        &mut self,
+        task: Task,
+        motion: NodalMotion<'_>,
+        averages: &[[f64; 3]],
+        rows: &mut [[f64; 4]],
+    ) {
+        let mut packs = Packs::<_, R>::new(&self.patches, &mut self.history, self.members.len(), NODES);
+        packs.visit::<M::State<R>>(task, motion, averages, rows);
     }
 
     fn find_tangents(&mut self, motion: NodalMotion<'_>, step: &ElementStep) {
@@ -444,12 +462,10 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> ElementBlock f
 
     fn bytes_per_step(&self) -> usize {
         let frequencies: usize = self.frequencies.iter().map(|of_patch| size_of_val(&**of_patch)).sum();
-        let averages = self.averages.as_ref().map_or(0, NodalAverages::bytes_per_step);
         size_of_val(&*self.corner_mass)
             + 2 * size_of_val(&*self.history)
             + 2 * frequencies
             + self.patches.bytes_per_step()
-            + averages
     }
 
     fn scale_mass(&mut self, element: usize, factor: f64) {
@@ -763,7 +779,8 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> Kernel for Mea
     #[inline(always)]
     fn run(self) {
         let Self { material, members, history, means } = self;
-        let ElementMeans { mut cauchy_stress, mut equivalent_plastic_strain, mut temperature } = means;
+        let ElementMeans { mut cauchy_stress, mut equivalent_plastic_strain, mut temperature, mut volume_ratio } =
+            means;
         let share = R::splat(1.0 / E::POINTS as f64);
         let mut lanes = [[0.0; MOST_LANES]; 6];
         for (pack, of_pack) in history.iter().zip(members.chunks(R::LANES)) {
@@ -772,6 +789,10 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> Kernel for Mea
                 let mut mean = SymmetricTensor::zero();
                 for (state, rotation) in pack.states().iter().zip(pack.rotations()) {
                     mean = mean + material.cauchy_stress(state, *rotation) * share;
+                }
+                if let Some(shared) = pack.neighbourhood() {
+                    // dev T + σ̄ I, of which the forces are
+                    mean = mean.plus_spherical(shared.mean_stress - mean.trace() * (1.0 / 3.0));
                 }
                 for (lanes, component) in lanes.iter_mut().zip(mean.0) {
                     component.store(lanes);
@@ -796,6 +817,10 @@ impl<M: Material, E: Element<NODES>, R: Real, const NODES: usize> Kernel for Mea
                     mean += material.temperature(state).unwrap_or(none) * share;
                 }
                 mean.store(lanes);
+                places().for_each(|(lane, place)| field[place] = lanes[lane]);
+            }
+            if let (Some(field), Some(shared)) = (&mut volume_ratio, pack.neighbourhood()) {
+                shared.jacobian.store(lanes);
                 places().for_each(|(lane, place)| field[place] = lanes[lane]);
             }
         }

@@ -1,5 +1,6 @@
 //! What a step moves between memory and processor.
 
+use crate::averages::NodalAverages;
 use crate::simulation::Simulation;
 
 impl Simulation {
@@ -19,6 +20,7 @@ impl Simulation {
         // X, u and m read, v read and written, a written, the node's place among the constraints read
         let kick = 5 * VECTOR + NUMBER + size_of::<u32>();
         let blocks: usize = self.blocks.iter().map(|block| block.elements.bytes_per_step()).sum();
-        self.nodes.mass.len() * (drift + elements + kick) + blocks + self.row_lists.bytes_per_step()
+        let averages: usize = self.averages.iter().map(NodalAverages::bytes_per_step).sum();
+        self.nodes.mass.len() * (drift + elements + kick) + blocks + averages + self.row_lists.bytes_per_step()
     }
 }

@@ -7,8 +7,8 @@
 mod common;
 
 use common::{
-    DIRECTIONS, FORMULATIONS, all_nodes, bricks, cut_bricks, elastic, elasticity, faces, load, mesh_of, minus, nodes,
-    norm, prescribed, ramp, run, translation, until, whole, yielding,
+    DIRECTIONS, ELEMENTS, FORMULATIONS, all_nodes, bricks, cut_bricks, elastic, elasticity, faces, load, mesh_of,
+    minus, nodes, norm, prescribed, ramp, run, stresses, translation, until, whole, yielding,
 };
 use estar_material::{EStarTotal, Elastic, Hencky, IsotropicHardening, MaterialModel};
 use estar_mesh::{Mesh, Shape};
@@ -21,12 +21,12 @@ use estar_solver::{ConstraintSource, Curve, Interpolation, LaneLevel, Model, Mod
 const WALL: RigidWall = RigidWall::plane([0.0; 3], [0.0, 0.0, 1.0], 0.2);
 
 /// A block that yields on a rough wall, with every kind of load and constraint; of three materials, the last two of 3 and
-/// 1 hexes.
+/// 1 hexes. In four-node tets the last is the first again, so that two parts share volume changes.
 fn crash(mesh: &Mesh) -> Model {
     let hexes: Vec<u32> = (0..mesh.element_count() as u32).collect();
     let hardening = IsotropicHardening::saturation(300e6, 500e6, 10.0, 1e8).unwrap();
-    let materials =
-        [yielding(300e6, 1e9), EStarTotal::new(elasticity(7850.0, 200e9, 0.3), hardening).into(), elastic()];
+    let last = if mesh.elements().shape(0) == Shape::Tet4 { yielding(300e6, 1e9) } else { elastic() };
+    let materials = [yielding(300e6, 1e9), EStarTotal::new(elasticity(7850.0, 200e9, 0.3), hardening).into(), last];
     let (most, last) = hexes.split_at(hexes.len() - 4);
     let parts = [most, &last[..3], &last[3..]].into_iter().zip(materials);
     let formulations = match mesh.elements().shape(0) {
@@ -133,7 +133,10 @@ fn assert_taken_up(mesh: &Mesh) {
     };
     let seen = |simulation: &Simulation| {
         let (energies, extremes) = (simulation.energies().clone(), simulation.extremes());
-        (energies, extremes, simulation.momentum(), simulation.time_step(), simulation.step())
+        let mut volume_ratios = vec![0.0; simulation.element_count()];
+        simulation.write_volume_ratio(&mut volume_ratios);
+        let fields = (stresses(simulation), volume_ratios);
+        (energies, extremes, simulation.momentum(), simulation.time_step(), simulation.step(), fields)
     };
     let leg = |level, threads, start: Option<&[u64]>, steps: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -164,35 +167,42 @@ fn assert_taken_up(mesh: &Mesh) {
     }
 }
 
-/// The state does not depend on how the mesh is cut into parts of the same material, some with fewer hexes than lanes,
+/// The state does not depend on how the mesh is cut into parts of the same material, some with fewer elements than lanes,
 /// but for the order of sums.
 #[test]
 fn cutting_a_body_into_parts_changes_nothing_but_rounding() {
-    let mesh = bricks([4e-3, 4e-3, 6e-3], [4, 4, 6]);
+    for (formulation, shape) in ELEMENTS {
+        assert_cut_changes_nothing(formulation, &cut_bricks([4e-3, 4e-3, 6e-3], [4, 4, 6], shape));
+    }
+}
+
+fn assert_cut_changes_nothing(formulation: Formulation, mesh: &Mesh) {
     let moved = |cuts: &[u32]| {
         let ends = cuts.iter().copied().chain([mesh.element_count() as u32]);
         let mut start = 0;
         let mut parts = Vec::new();
         for end in ends {
             let hexes = (start..end).rev().collect();
-            parts.push(Part { elements: hexes, material: yielding(300e6, 1e9), element: Formulation::FBar });
+            parts.push(Part { elements: hexes, material: yielding(300e6, 1e9), element: formulation });
             start = end;
         }
         let model = Model {
             parts,
-            initial_velocities: vec![translation(&mesh, [20.0, 0.0, -200.0])],
+            initial_velocities: vec![translation(mesh, [20.0, 0.0, -200.0])],
             walls: vec![WALL],
             settings: until(5e-6),
             ..Model::default()
         };
-        let mut simulation = Simulation::new(&mesh, model, LaneLevel::best()).unwrap();
+        let mut simulation = Simulation::new(mesh, model, LaneLevel::best()).unwrap();
         run(&mut simulation, |_| ());
         simulation.displacement().to_vec()
     };
     let expected = moved(&[]);
     for cuts in [&[1][..], &[3, 5, 6, 40], &[8, 16, 95]] {
         for (u, expected) in moved(cuts).iter().zip(&expected) {
-            assert!(norm(minus(*u, *expected)) < 1e-13 * 1e-3, "{cuts:?}: {u:?} {expected:?}");
+            let difference = norm(minus(*u, *expected));
+            // of displacements of 1 mm; contact and hourglass control amplify what rounding has begun
+            assert!(difference < 1e-12 * 1e-3, "{formulation:?}, {cuts:?}: {u:?} {expected:?}");
         }
     }
 }
