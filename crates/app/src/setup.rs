@@ -16,6 +16,7 @@ use crate::summary::hex;
 use crate::tools;
 use crate::trouble;
 use estar_io::MeshFile;
+use estar_material::MaterialModel;
 use estar_mesh::quality::{QualityReport, QualitySummary, volume};
 use estar_mesh::{Group, Mesh, locality_order};
 use estar_solver::model::{
@@ -350,10 +351,16 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
                 .push(Diagnostic::error(message).at(part.material.0.span, "no element can have it").help(reason));
         }
         let elements = &mesh.group(&part.group.name.value)?.elements;
-        let element = part.formulation(mesh, elements, diagnostics);
+        let element = part.formulation(mesh, elements, material, diagnostics);
         if element == Formulation::FBar && !material.keeps_volume() {
             let message = "plastic flow that changes the volume, in elements `hex8-f-bar`, does not keep the energy";
-            let help = "take element = \"hex8\" for the part: such flow does not lock";
+            let help = "take element = \"hex8-b-bar\", the default for such a material";
+            diagnostics.push(Diagnostic::warning(message).at(part.material.0.span, "this material").help(help));
+        }
+        if element == Formulation::Full && matches!(material, MaterialModel::HenckyClosestPoint(_)) {
+            let message =
+                "elements `hex8` lock where flow constrains the volume, by dilatancy too: the forces become too large";
+            let help = "take element = \"hex8-b-bar\"; or tets of ten nodes, which are the softest";
             diagnostics.push(Diagnostic::warning(message).at(part.material.0.span, "this material").help(help));
         }
         Some(Part { elements: elements.clone(), material: material.clone(), element })

@@ -9,6 +9,7 @@ use super::values::{
     OfNodes, Positive, Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
 };
 use crate::diagnostics::{Diagnostic, Diagnostics};
+use estar_material::MaterialModel;
 use estar_mesh::{Mesh, Shape};
 use estar_solver::model::{Direction, Formulation, HourglassControl, WallShape};
 use estar_solver::{Curve, Interpolation};
@@ -30,8 +31,8 @@ deck_table! {
         group: GroupName<OfElements> = required,
         /// Their material.
         material: MaterialName = required,
-        /// Their element. Unless given `hex8-f-bar` for hexes, `hex8-b-bar` where wedges or pyramids are among them, `tet4` or `tet10`
-        /// for tets.
+        /// Their element. Unless given `hex8-f-bar` for hexes, `hex8-b-bar` where wedges or pyramids are among them or where plastic flow
+        /// changes the volume (Drucker-Prager, Mohr-Coulomb, Rankine, Green-Naghdi), `tet4` or `tet10` for tets.
         element: At<ElementKind> = optional,
         /// Hourglass control of `hex8-one-point`; `"physical"` unless given.
         hourglass: At<Hourglass> = optional,
@@ -74,11 +75,18 @@ const VISCOUS_COEFFICIENT: f64 = 0.1;
 
 impl PartTable {
     /// The formulation of the part's elements; shapes that it is not made for and keys that do not suit it are reported.
-    pub fn formulation(&self, mesh: &Mesh, elements: &[u32], diagnostics: &mut Diagnostics) -> Formulation {
+    pub fn formulation(
+        &self,
+        mesh: &Mesh,
+        elements: &[u32],
+        material: &MaterialModel,
+        diagnostics: &mut Diagnostics,
+    ) -> Formulation {
         let has = |shape: Shape| elements.iter().any(|&element| mesh.elements().shape(element as usize) == shape);
         let shapes: Vec<Shape> = Shape::ALL.into_iter().filter(|shape| has(*shape)).collect();
         let usual = match shapes[..] {
-            [Shape::Hex8] => ElementKind::FBar,
+            // the forces of F-bar do not do the work of flow that changes the volume
+            [Shape::Hex8] if material.keeps_volume() => ElementKind::FBar,
             [Shape::Tet4] => ElementKind::Tet4,
             [Shape::Tet10] => ElementKind::Tet10,
             _ => ElementKind::BBar,
@@ -150,8 +158,9 @@ deck_choice! { ElementKind {
     "hex8-b-bar" => ElementKind::BBar, "eight nodes, full integration, mean dilatation (B-bar) against volumetric locking; its forces \
         do the work of its stress";
     "hex8-one-point" => ElementKind::OnePoint, "eight nodes, one point, hourglass control: the cheapest";
-    "hex8" => ElementKind::Full, "eight nodes, full integration; locks when the volume hardly changes";
-    "tet4" => ElementKind::Tet4, "tets of four nodes, one point, volume change and pressure averaged over nodes";
+    "hex8" => ElementKind::Full, "eight nodes, full integration; locks where plastic flow constrains the volume, as in metals and soils";
+    "tet4" => ElementKind::Tet4, "tets of four nodes, one point, volume change and pressure averaged over the nodes of a material, \
+        and so told; stiff in bending, and its stress is coarser than its forces";
     "tet10" => ElementKind::Tet10, "tets of ten nodes, four points, mean dilatation against volumetric locking";
 } }
 

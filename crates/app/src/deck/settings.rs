@@ -171,6 +171,6 @@ deck_choice! { Field {
     "equivalent_plastic_strain" => Field::EquivalentPlasticStrain, "mean over the hex";
     "temperature" => Field::Temperature, "mean over the hex, K; not a number where the material has none";
     "von_mises_stress" => Field::VonMisesStress, "mean over the hex, Pa";
-    "pressure" => Field::Pressure, "minus a third of the stress's trace, mean over the hex, Pa";
-    "volume_ratio" => Field::VolumeRatio, "current over first volume, as the material sees it (F-bar)";
+    "pressure" => Field::Pressure, "minus a third of the stress's trace, mean over the element, of a `tet4` over its neighbourhood, Pa";
+    "volume_ratio" => Field::VolumeRatio, "current over first volume: at the centre of a hex, of the whole of a `tet10`, of the neighbourhood of a `tet4`";
 } }
