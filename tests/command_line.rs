@@ -368,7 +368,13 @@ fn step_in(errors: &str) -> u64 {
 fn an_inverted_element_ends_with_status_3_and_is_named() {
     let workshop = Workshop::new();
     let said = workshop.run(CRUSH, &UNBALANCED);
-    let named = ["element ", "at step ", "t = ", "it is in part box, has the nodes", "what usually helps"];
+    let named = [
+        "element ",
+        "at step ",
+        "t = ",
+        "it is in part box, has the nodes",
+        "what usually helps: element = \"hex8-one-point\"",
+    ];
     said.assert(3, &[&named[..], &["the last frame and the last row show the step before"]].concat());
     let summary = workshop.summary();
     assert_eq!(summary["status"], "failed");
@@ -426,12 +432,36 @@ fn inverted_steps(errors: &str) -> usize {
 #[test]
 fn inverted_elements_are_deleted_if_the_deck_says_so() {
     let workshop = Workshop::new();
-    workshop.run(CRUSH, &[&UNBALANCED[..], &["--set", "time.on_inversion='delete'"]].concat()).assert(0, &[]);
+    let said = workshop.run(CRUSH, &[&UNBALANCED[..], &["--set", "time.on_inversion='delete'"]].concat());
     let summary = workshop.summary();
     assert_eq!((summary["status"].as_str(), summary["deleted_elements"].as_u64()), (Some("finished"), Some(8)));
     let history = workshop.read("deck/history.csv");
     assert!(history.lines().next().unwrap().ends_with(",deleted_energy,deleted_elements"));
     assert!(last_line(&history).ends_with(",8"));
+
+    // that nothing is left is told when it happens and at the end, to whoever reads what
+    let gone = "warning: all 8 elements of part box are deleted";
+    said.assert(0, &[gone]);
+    assert_eq!(said.errors.matches(gone).count(), 2, "{}", said.errors);
+    assert!(said.text.contains("no element is left"), "{}", said.text);
+    let log = workshop.read("deck/estar.log");
+    assert_eq!(log.matches(gone).count(), 2, "{log}");
+    let warnings = summary["warnings"].as_array().unwrap();
+    assert!(warnings.iter().any(|warning| warning.as_str().unwrap().starts_with(gone)), "{warnings:?}");
+    let counts = ["elements", "deleted_elements"].map(|count| summary["parts"][0][count].as_u64());
+    assert_eq!(counts, [Some(8); 2]);
+    // the least of nothing is no number
+    assert!(summary["extremes"]["min_jacobian"].is_null() && summary["extremes"]["controlling_element"].is_null());
+    assert!(summary["element_time_step"].is_null() && summary["stable_time_step"].is_null());
+    let names: Vec<&str> = history.lines().next().unwrap().split(',').collect();
+    let (names, last) = (names.into_iter(), last_line(&history));
+    let empty: Vec<&str> =
+        names.zip(last.split(',')).filter(|(_, cell)| cell.is_empty()).map(|(name, _)| name).collect();
+    assert_eq!(empty, ["min_jacobian", "controlling_element"]);
+    for text in [&history, &log, &said.text, &workshop.read("deck/summary.json"), &workshop.read("deck/run.jsonl")] {
+        let is_infinite = |word: &str| matches!(word.trim_matches(','), "inf" | "-inf" | "NaN");
+        assert!(!text.split([' ', ',', ':', '\n']).any(is_infinite), "{text}");
+    }
     let [taken, left] = ["deleted_energy", "internal_energy"].map(|row| summary["energies"][row].as_f64().unwrap());
     assert!(taken > 0.0 && left.abs() < 1e-9 * taken, "{taken} {left}");
     assert!(workshop.read("deck/estar.log").contains("turned inside out or were squeezed flat"));
@@ -601,11 +631,67 @@ fn an_element_that_does_not_suit_a_material_is_warned_of() {
     let workshop = Workshop::new();
     let soil = "theory = \"hencky\"\nyield_surface = { kind = \"mohr-coulomb\", friction_angle = \"0.5 rad\", cohesion = \"1 MPa\" }";
     let deck = DECK.replacen("theory = \"elastic\"", soil, 1);
-    workshop.run_deck(&deck, &[]).assert(0, &["warning: plastic flow that changes the volume", "element = \"hex8\""]);
-    let full = deck.replacen("material = \"rubber\"\n", "material = \"rubber\"\nelement = \"hex8\"\n", 1);
-    let said = workshop.run_deck(&full, &[]);
-    said.assert(0, &[]);
-    assert!(!said.errors.contains("warning"), "{}", said.errors);
+    let with = |element: &str| {
+        deck.replacen("material = \"rubber\"\n", &format!("material = \"rubber\"\nelement = \"{element}\"\n"), 1)
+    };
+    let said = workshop.run_deck(&with("hex8-f-bar"), &[]);
+    said.assert(0, &["warning: plastic flow that changes the volume", "take element = \"hex8-b-bar\""]);
+    let said = workshop.run_deck(&with("hex8"), &[]);
+    said.assert(0, &["warning: elements `hex8` lock", "take element = \"hex8-b-bar\""]);
+    // what is taken unless something is given
+    for deck in [&deck, &with("hex8-b-bar")] {
+        let said = workshop.run_deck(deck, &[]);
+        said.assert(0, &[]);
+        assert!(!said.errors.contains("warning") && said.text.contains("rubber, hex8-b-bar"), "{}", said.errors);
+    }
+}
+
+/// F-bar gains energy where flow changes the volume; B-bar does the work of its stress.
+#[test]
+fn an_energy_error_over_a_percent_is_told_with_what_helps() {
+    let workshop = Workshop::new();
+    let soil = "theory = \"hencky\"\nyield_surface = { kind = \"mohr-coulomb\", friction_angle = \"0.5 rad\", cohesion = \"0.1 MPa\" }";
+    let flies = "[[initial_velocity]]\ngroup = \"box\"\nvalue = [1.0, 0.0, 0.0]\n";
+    let pressed = "[[fix]]\ngroup = \"z_min\"\ndirections = [\"x\", \"y\", \"z\"]\n\
+                   [[fix]]\ngroup = \"z_max\"\ndirections = [\"x\", \"y\"]\n\
+                   [[prescribed]]\ngroup = \"z_max\"\ndirection = \"z\"\nquantity = \"velocity\"\ncurve = [[0, -1]]\n";
+    let deck = DECK.replacen("theory = \"elastic\"", soil, 1).replacen(flies, pressed, 1);
+    let of = |element: &str| {
+        let element = format!("part.0.element=\"{element}\"");
+        let said = workshop.run_deck(&deck, &[&UNBALANCED[..], &["--set", &element]].concat());
+        said.assert(0, &[]);
+        (said.errors, workshop.summary())
+    };
+    let told = "warning: the energy error is";
+    let (errors, summary) = of("hex8-f-bar");
+    let error = 100.0 * summary["energy_error"].as_f64().unwrap();
+    assert!(error.abs() > 1.0, "{error} %");
+    assert!(
+        errors.contains(&format!("{told} {error:+.2} %")) && errors.contains("with element = \"hex8-b-bar\""),
+        "{errors}"
+    );
+    assert!(workshop.read("deck/estar.log").contains(told));
+    assert!(summary["warnings"][0].as_str().unwrap().starts_with(told));
+    let (errors, summary) = of("hex8-b-bar");
+    assert!(summary["energy_error"].as_f64().unwrap().abs() < 1e-3 && !errors.contains(told), "{errors}");
+    assert_eq!(summary["warnings"], serde_json::json!([]));
+}
+
+#[test]
+fn check_says_what_four_node_tets_are_good_for() {
+    let workshop = Workshop::new();
+    workshop.estar(&["mesh", "box", "--output", "box.msh", "--cells", "2", "2", "2", "--shape", "tet4", "--force"]);
+    workshop.write("deck.toml", DECK);
+    let note = "note       part box: forces of `tet4`";
+    let elastic = workshop.estar(&["check", "deck.toml"]);
+    assert!(elastic.code == 0 && !elastic.text.contains("note "), "{}", elastic.text);
+    let metal = "theory = \"e-star\"\nhardening = { law = \"perfect\", yield_stress = \"1 MPa\" }";
+    workshop.write("deck.toml", &DECK.replacen("theory = \"elastic\"", metal, 1));
+    let said = workshop.estar(&["check", "deck.toml"]);
+    assert!(said.code == 0 && said.text.contains(note), "{}", said.text);
+    let report: serde_json::Value =
+        serde_json::from_str(&workshop.estar(&["check", "--json", "deck.toml"]).text).unwrap();
+    assert_eq!(report["notes"].as_array().unwrap().len(), 1);
 }
 
 #[test]

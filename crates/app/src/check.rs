@@ -9,6 +9,8 @@ use crate::memory;
 use crate::run::{announcement, machine};
 use crate::setup::{self, LoadError, Problem};
 use crate::summary::MeshSummary;
+use estar_material::MaterialModel;
+use estar_solver::model::{Formulation, Part};
 use estar_solver::{LaneLevel, Simulation};
 use serde::Serialize;
 use std::fmt::Write;
@@ -64,6 +66,8 @@ struct Forecast {
     memory_left_bytes: Option<f64>,
     frames_expected: f64,
     output_bytes_at_most: f64,
+    /// What to know of the elements that were chosen.
+    notes: Vec<String>,
 }
 
 /// Quality of the mesh.
@@ -163,6 +167,7 @@ fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Resu
         memory_left_bytes,
         frames_expected,
         output_bytes_at_most: frames_expected * bytes_of_frame(problem) + rows * bytes_of_row(problem),
+        notes: notes(problem),
     };
     if options.json {
         let report = Report { is_good: true, findings: problem.findings.data(), forecast: Some(forecast) };
@@ -241,6 +246,25 @@ fn in_words(problem: &Problem, forecast: &Forecast) -> String {
         duration(forecast.seconds_expected),
         prefixed(forecast.element_steps_per_second)
     );
+    for note in &forecast.notes {
+        let _ = write!(text, "\n  note       {note}");
+    }
     text.push_str("\nno errors");
     text
+}
+
+/// What to know of the elements that were chosen, of each part that it concerns.
+fn notes(problem: &Problem) -> Vec<String> {
+    let yields = |part: &Part| !matches!(part.material, MaterialModel::Elastic(_) | MaterialModel::Hypoelastic(_));
+    let parts = problem.parts.iter().zip(&problem.model.parts);
+    parts
+        .filter(|(_, part)| part.element == Formulation::Tet4 && yields(part))
+        .map(|(description, _)| {
+            format!(
+                "part {}: forces of `tet4` are good where metals flow, but its pressure is coarse and it is stiff in bending; `tet10`, on \
+                 tets of ten nodes, is better in both",
+                description.group
+            )
+        })
+        .collect()
 }

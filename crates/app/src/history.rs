@@ -5,6 +5,7 @@ use crate::deck::units::Dimension;
 use crate::failure::Failure;
 use crate::setup::Problem;
 use crate::snapshot::Snapshot;
+use crate::summary::{controlling_element, number};
 use estar_io::{HistoryWriter, Value};
 use estar_solver::model::OnInversion;
 use std::path::{Path, PathBuf};
@@ -159,7 +160,6 @@ impl History {
         let energies = simulation.energies();
         let [x, y, z] = simulation.momentum();
         let extremes = simulation.extremes();
-        let label = snapshot.mesh.element_labels()[extremes.controlling_element as usize].0;
         let mut row = vec![
             Value::Real(simulation.time()),
             Value::Integer(simulation.step()),
@@ -178,7 +178,7 @@ impl History {
             Value::Real(z),
             Value::Real(extremes.max_equivalent_plastic_strain),
             Value::Real(extremes.min_jacobian),
-            Value::Integer(label),
+            controlling_element(snapshot, &extremes).map_or(Value::Missing, Value::Integer),
         ];
         for extra in &self.extras {
             match extra {
@@ -194,6 +194,12 @@ impl History {
             }
         }
         row.extend(probes.iter().map(|value| Value::Real(*value)));
+        // an extreme over elements that are all deleted, or energies over none, are no numbers
+        for value in &mut row {
+            if matches!(value, Value::Real(value) if number(*value).is_none()) {
+                *value = Value::Missing;
+            }
+        }
         self.writer.write_row(&row).map_err(Failure::writing(&self.path))?;
         self.row_count += 1;
         Ok(extremes.min_jacobian)

@@ -2,14 +2,17 @@
 //! element that turned inside out, with its neighbours, through its last steps.
 
 use crate::checkpoint::Bits;
+use crate::deck::model::element_name;
 use crate::failure::Failure;
 use crate::fields::Field;
 use crate::frames::{FrameNumbers, grid, part_of_element};
-use crate::setup::{PartDescription, Problem};
+use crate::judgement;
+use crate::setup::Problem;
 use crate::summary::PartSummary;
 use estar_io::{Grid, ResultWriter, WriteError};
 use estar_mesh::{Elements, Mesh};
 use estar_solver::Simulation;
+use estar_solver::model::Formulation;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -25,7 +28,16 @@ pub const FOLDER: &str = "trouble";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Approach {
     parts: Vec<Closest>,
-    deleted: u64,
+    /// Elements of each part that are deleted.
+    deleted: Vec<u64>,
+}
+
+/// Elements that have been deleted, in words.
+pub struct Deletions {
+    /// How many, and what they took with them.
+    pub told: String,
+    /// The parts of which nothing is left now.
+    pub warnings: Vec<String>,
 }
 
 /// The smallest Jacobian of a part so far.
@@ -46,7 +58,9 @@ impl Approach {
     /// Whether it is one of the parts of this problem.
     pub fn is_of(&self, problem: &Problem) -> bool {
         let element_count = problem.mesh.element_count() as u32;
-        self.parts.len() == problem.parts.len() && self.parts.iter().all(|closest| closest.element < element_count)
+        self.parts.len() == problem.parts.len()
+            && self.deleted.len() == problem.parts.len()
+            && self.parts.iter().all(|closest| closest.element < element_count)
     }
 
     /// Before anything has moved.
@@ -56,7 +70,7 @@ impl Approach {
             element: part.elements.first().copied().unwrap_or(0),
             time: Bits::from(0.0),
         };
-        Self { parts: problem.model.parts.iter().map(closest).collect(), deleted: 0 }
+        Self { parts: problem.model.parts.iter().map(closest).collect(), deleted: vec![0; problem.parts.len()] }
     }
 
     /// Looks at a step; a warning for each part that comes close for the first time.
@@ -77,38 +91,64 @@ impl Approach {
         warnings
     }
 
-    /// What has been deleted since the last look, in words.
-    pub fn deletions(&mut self, problem: &Problem, simulation: &Simulation) -> Option<String> {
-        let new = simulation.deleted_count() - self.deleted;
+    /// What has been deleted since the last look.
+    pub fn deletions(&mut self, problem: &Problem, simulation: &Simulation) -> Option<Deletions> {
+        let so_far = simulation.deleted_count();
+        let new = so_far - self.deleted.iter().sum::<u64>();
         if new == 0 {
             return None;
         }
-        self.deleted = simulation.deleted_count();
-        Some(format!(
+        let mut warnings = Vec::new();
+        for ((known, now), part) in self.deleted.iter_mut().zip(simulation.deleted_counts()).zip(&problem.parts) {
+            let all = part.element_count as u64;
+            if now == all && *known < all {
+                let when = format!("step {}, t = {:.6e} s", simulation.step(), simulation.time());
+                warnings.push(format!("{} ({when})", judgement::gone(&part.group, all)));
+            }
+            *known = now;
+        }
+        let told = format!(
             "step {}, t = {:.6e} s: {new} of {} elements turned inside out or were squeezed flat, and are deleted, {} so far, {:.4e} J with them",
             simulation.step(),
             simulation.time(),
             problem.mesh.element_count(),
-            self.deleted,
+            so_far,
             simulation.energies().deleted
-        ))
+        );
+        Some(Deletions { told, warnings })
     }
 
     /// How close each part came, and its energies.
     pub fn summary(&self, problem: &Problem, simulation: &Simulation) -> Vec<PartSummary> {
-        let summary =
-            |(((closest, part), energies), added_mass): (((&Closest, &PartDescription), [f64; 2]), &f64)| PartSummary {
-                group: part.group.clone(),
-                internal_energy: energies[0],
-                hourglass_energy: energies[1],
-                added_mass: *added_mass,
-                smallest_jacobian: f64::from(closest.jacobian),
-                element: problem.mesh.element_labels()[closest.element as usize].0,
-                time: f64::from(closest.time),
-            };
-        let parts = self.parts.iter().zip(&problem.parts).zip(simulation.part_energies());
-        parts.zip(simulation.added_mass()).map(summary).collect()
+        let counts = problem.parts.iter().zip(simulation.deleted_counts());
+        let work = simulation.part_energies().zip(simulation.added_mass());
+        let parts = self.parts.iter().zip(counts).zip(work);
+        parts
+            .map(|((closest, (part, deleted_elements)), ([internal_energy, hourglass_energy], added_mass))| {
+                PartSummary {
+                    group: part.group.clone(),
+                    elements: part.element_count as u64,
+                    deleted_elements,
+                    internal_energy,
+                    hourglass_energy,
+                    added_mass: *added_mass,
+                    smallest_jacobian: f64::from(closest.jacobian),
+                    element: problem.mesh.element_labels()[closest.element as usize].0,
+                    time: f64::from(closest.time),
+                }
+            })
+            .collect()
     }
+}
+
+/// The element that held where those of a formulation turned inside out (docs/elements.md), in words; none where none is known.
+pub fn other_element(element: Formulation) -> Option<String> {
+    matches!(element, Formulation::FBar | Formulation::BBar).then(|| {
+        format!(
+            "element = \"hex8-one-point\", which held in the impacts and indentations that turned `{}` inside out",
+            element_name(element)
+        )
+    })
 }
 
 fn warning(part: usize, closest: &Closest, problem: &Problem, simulation: &Simulation) -> String {
@@ -117,12 +157,13 @@ fn warning(part: usize, closest: &Closest, problem: &Problem, simulation: &Simul
     let nodes = labels.collect::<Vec<_>>().join(" ");
     format!(
         "warning: element {} of part {} is squeezed to {:.3} of its volume or less at step {}, t = {:.6e} s; its nodes are \
-         {nodes}. It may turn inside out: a finer or better shaped mesh there helps{}",
+         {nodes}. It may turn inside out. What helps: {}a finer or better shaped mesh there{}",
         problem.mesh.element_labels()[closest.element as usize].0,
         problem.parts[part].group,
         f64::from(closest.jacobian),
         simulation.step(),
         simulation.time(),
+        other_element(problem.model.parts[part].element).map_or(String::new(), |other| other + ", "),
         if simulation.deletes() { "" } else { ", or [time] on_inversion = \"delete\"" }
     )
 }

@@ -19,6 +19,7 @@ pub mod format;
 pub mod frames;
 pub mod history;
 pub mod inversion;
+pub mod judgement;
 pub mod lock;
 pub mod memory;
 pub mod mesh_command;

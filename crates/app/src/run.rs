@@ -9,6 +9,7 @@ use crate::format::{bytes, count, duration, prefixed};
 use crate::frames::{EarlierFrames, FrameWriter};
 use crate::history::History;
 use crate::inversion::{self, Approach, Neighbourhood};
+use crate::judgement;
 use crate::lock::Lock;
 use crate::output::{Schedule, clear_directory, default_directory, make_directory};
 use crate::progress::{EarlierLegs, Progress};
@@ -16,9 +17,7 @@ use crate::quasi_static::MOST_KINETIC;
 use crate::setup::{self, Problem};
 use crate::signals;
 use crate::snapshot::Snapshot;
-use crate::summary::{
-    EnergySummary, ExtremeSummary, MeshSummary, PartSummary, QuasiStaticSummary, Summary, state_hash,
-};
+use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, QuasiStaticSummary, Summary, number, state_hash};
 use crate::trouble;
 use crate::view::Watch;
 use estar_solver::model::TimeStep;
@@ -135,14 +134,6 @@ fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Resu
     }
     outcome
 }
-
-/// Energy that contact with tools has given, over the largest energy in play, from which on the run warns.
-const MOST_GIVEN_BY_CONTACT: f64 = 0.01;
-
-/// Work against hourglass control over internal energy, above which practice no longer takes it for a small correction.
-const MOST_HOURGLASS: f64 = 0.1;
-/// Such work, as a share of the energy in play, is too little to speak of.
-const HOURGLASS_OF_NO_ACCOUNT: f64 = 1e-6;
 
 /// A run under way.
 struct Run<'a> {
@@ -301,7 +292,11 @@ impl<'a> Run<'a> {
     /// is as near: if it ends badly the last steps are repeated from there.
     fn look_out(&mut self) -> Result<(), Failure> {
         if let Some(deletions) = self.approach.deletions(&self.problem, &self.simulation) {
-            self.console.note(&deletions);
+            self.console.note(&deletions.told);
+            for warning in &deletions.warnings {
+                self.progress.beside(|| tell(&format!("{warning}\n")));
+                self.console.note(warning);
+            }
         }
         let warnings = self.approach.look(&self.problem, &self.simulation);
         for warning in &warnings {
@@ -414,36 +409,14 @@ impl<'a> Run<'a> {
                 }
             }
         }
-        let summary = self.summary(&ending, trouble.clone(), frames, threads, lanes);
+        let mut summary = self.summary(&ending, trouble.clone(), frames, threads, lanes);
+        summary.warnings = judgement::warnings(&summary, &self.problem, self.simulation.energies().in_play);
         summary.write(self.directory)?;
         let outcomes = &summary.expectations;
         self.console.say(&conclusion(&summary, self.directory));
-        let in_play = self.simulation.energies().in_play;
-        let is_much = |part: &&PartSummary| {
-            part.hourglass_energy > (MOST_HOURGLASS * part.internal_energy).max(HOURGLASS_OF_NO_ACCOUNT * in_play)
-        };
-        for part in summary.parts.iter().filter(is_much) {
-            let warning = format!(
-                "warning: the hourglass control of part {} has taken {:.3e} J, {:.0} % of its internal energy, where up to {:.0} % \
-                 is sound: a finer mesh helps, or element = \"hex8-b-bar\"",
-                part.group,
-                part.hourglass_energy,
-                100.0 * part.hourglass_energy / part.internal_energy,
-                100.0 * MOST_HOURGLASS
-            );
+        for warning in &summary.warnings {
             tell(&format!("{warning}\n"));
-            self.console.note(&warning);
-        }
-        let contact = summary.energies.contact_energy;
-        if contact < -MOST_GIVEN_BY_CONTACT * in_play {
-            let warning = format!(
-                "warning: contact with tools has given {:.3e} J, {:.1} % of the largest energy in play, where it can only take: tools meet \
-                 what is held, or too few nodes touch them",
-                -contact,
-                -100.0 * contact / in_play
-            );
-            tell(&format!("{warning}\n"));
-            self.console.note(&warning);
+            self.console.note(warning);
         }
         if let Some(share) = summary.quasi_static.as_ref().map(|summary| summary.largest_kinetic_over_internal)
             && share > MOST_KINETIC
@@ -567,18 +540,19 @@ impl<'a> Run<'a> {
                 TimeStep::Element => "element",
                 TimeStep::Power { .. } => "power",
             },
-            element_time_step: simulation.element_time_step(),
-            stable_time_step: simulation.extremes().stable_time_step,
+            element_time_step: number(simulation.element_time_step()),
+            stable_time_step: number(simulation.extremes().stable_time_step),
             time_step_estimates: simulation.estimate_count(),
             wall_seconds,
             element_steps_per_second: element_steps / wall_seconds,
-            grind_time_ns: 1e9 * wall_seconds / element_steps,
+            grind_time_ns: number(1e9 * wall_seconds / element_steps),
             threads,
             lanes: lanes.name(),
             frames,
             energies: EnergySummary::new(simulation, problem),
             energy_error: simulation.energies().error(),
             momentum: simulation.momentum(),
+            warnings: Vec::new(),
             deleted_elements: simulation.deleted_count(),
             quasi_static: problem.quasi_static.map(|chosen| QuasiStaticSummary {
                 mass_factor: chosen.mass_factor,
@@ -679,13 +653,14 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
 fn conclusion(summary: &Summary, directory: &Path) -> String {
     let energies = &summary.energies;
     let mut text = format!(
-        "{} at t = {:.6e} s after {} steps in {}: {}element steps/s, {:.1} ns per element step\n",
+        "{} at t = {:.6e} s after {} steps in {}{}\n",
         summary.status,
         summary.time,
         count(summary.steps as f64),
         duration(summary.wall_seconds),
-        prefixed(summary.element_steps_per_second),
-        summary.grind_time_ns
+        summary.grind_time_ns.map_or(String::new(), |grind| {
+            format!(": {}element steps/s, {grind:.1} ns per element step", prefixed(summary.element_steps_per_second))
+        })
     );
     let rows = [
         ("kinetic energy", energies.kinetic_energy),
@@ -715,8 +690,13 @@ fn conclusion(summary: &Summary, directory: &Path) -> String {
     }
     let _ = writeln!(
         text,
-        "  largest plastic strain {:.4}, smallest Jacobian {:.4}\n  state {}",
-        summary.extremes.max_equivalent_plastic_strain, summary.extremes.min_jacobian, summary.state_hash
+        "  largest plastic strain {:.4}, {}\n  state {}",
+        summary.extremes.max_equivalent_plastic_strain,
+        match summary.extremes.min_jacobian {
+            Some(jacobian) => format!("smallest Jacobian {jacobian:.4}"),
+            None => "no element is left".to_owned(),
+        },
+        summary.state_hash
     );
     let _ = write!(
         text,

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::setup::Problem;
 use crate::snapshot::Snapshot;
 use estar_io::write_atomically;
-use estar_solver::Simulation;
+use estar_solver::{Extremes, Simulation};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -38,18 +38,18 @@ pub struct Summary {
     pub initial_time_step: f64,
     /// What the stable time step was taken from, "element" or "power".
     pub time_step_source: &'static str,
-    /// Stable time step at the end, s, by the bound of the elements and without the safety factor.
-    pub element_time_step: f64,
-    /// The one that was used, s, without the safety factor.
-    pub stable_time_step: f64,
+    /// Stable time step at the end, s, by the bound of the elements and without the safety factor; none where all are deleted.
+    pub element_time_step: Option<f64>,
+    /// The one that was used, s, without the safety factor; none where all elements are deleted.
+    pub stable_time_step: Option<f64>,
     /// Estimates for the assembled mesh.
     pub time_step_estimates: u64,
     /// Wall time of the loop with its output, s.
     pub wall_seconds: f64,
     /// Elements times steps over wall time.
     pub element_steps_per_second: f64,
-    /// Wall time per element step, ns.
-    pub grind_time_ns: f64,
+    /// Wall time per element step, ns; none before the first.
+    pub grind_time_ns: Option<f64>,
     /// Threads.
     pub threads: usize,
     /// Vector instructions.
@@ -62,6 +62,8 @@ pub struct Summary {
     pub energy_error: f64,
     /// Linear momentum at the end, kg m/s.
     pub momentum: [f64; 3],
+    /// What the run is to be doubted for.
+    pub warnings: Vec<String>,
     /// Extremes at the end.
     pub extremes: ExtremeSummary,
     /// Elements that have been deleted.
@@ -145,6 +147,10 @@ pub struct QuasiStaticSummary {
 pub struct PartSummary {
     /// Its group.
     pub group: String,
+    /// Its elements.
+    pub elements: u64,
+    /// Those of them that have been deleted.
+    pub deleted_elements: u64,
     /// Stress power of its elements, of deleted ones too, J.
     pub internal_energy: f64,
     /// Work against their hourglass control, J.
@@ -166,8 +172,10 @@ pub struct ExtremeSummary {
     pub max_equivalent_plastic_strain: f64,
     /// K, of the quadrature points; none where no material has a temperature.
     pub max_temperature: Option<f64>,
-    pub min_jacobian: f64,
-    pub controlling_element: u64,
+    /// None where all elements are deleted.
+    pub min_jacobian: Option<f64>,
+    /// None where all elements are deleted.
+    pub controlling_element: Option<u64>,
 }
 
 impl MeshSummary {
@@ -221,8 +229,8 @@ impl ExtremeSummary {
         Self {
             max_equivalent_plastic_strain: extremes.max_equivalent_plastic_strain,
             max_temperature: extremes.max_temperature,
-            min_jacobian: extremes.min_jacobian,
-            controlling_element: snapshot.mesh.element_labels()[extremes.controlling_element as usize].0,
+            min_jacobian: number(extremes.min_jacobian),
+            controlling_element: controlling_element(snapshot, &extremes),
         }
     }
 }
@@ -241,6 +249,17 @@ impl Summary {
         };
         write().map_err(Failure::writing(&path))
     }
+}
+
+/// A value that is a number; extremes over nothing are infinite, and so are quotients by it.
+pub fn number(value: f64) -> Option<f64> {
+    Some(value).filter(|value| value.is_finite())
+}
+
+/// The number in the mesh file of the element that sets the time step; none where all are deleted.
+pub fn controlling_element(snapshot: &Snapshot<'_>, extremes: &Extremes) -> Option<u64> {
+    let label = snapshot.mesh.element_labels()[extremes.controlling_element as usize].0;
+    number(snapshot.simulation.element_time_step()).map(|_| label)
 }
 
 /// SHA-256 of every bit of a state: equal hashes are equal states.

@@ -1,5 +1,7 @@
 //! What to tell a user about a model or a run that failed, in the numbers of the user's own mesh.
 
+use crate::inversion;
+use crate::judgement;
 use crate::setup::Problem;
 use estar_solver::{ModelError, Simulation, SimulationError};
 
@@ -88,8 +90,8 @@ pub fn of_simulation(
         SimulationError::ElementInverted { element, jacobian, .. } => (
             format!("element {} inverted (smallest Jacobian {jacobian:.4e})", label(*element, problem)),
             Some(*element),
-            "a finer or better shaped mesh there, a smaller [time] safety_factor, bulk_viscosity for shocks, a slower \
-             load, [time] on_inversion = \"delete\"; or a unit that is wrong",
+            "a finer or better shaped mesh there, bulk_viscosity for shocks, a slower load, [time] on_inversion = \"delete\"; or a unit \
+             that is wrong",
         ),
         SimulationError::NotFinite { element, .. } => (
             format!("a value in element {} is not finite", label(*element, problem)),
@@ -151,20 +153,33 @@ pub fn of_simulation(
         SimulationError::EnergyError { error, limit, .. } => (
             format!("the energy error {:+.2} % is over the limit of {:.2} %", 100.0 * error, 100.0 * limit),
             None,
-            "a smaller [time] safety_factor or a finer mesh where it deforms most; [time] energy_error_limit sets the limit",
+            "[time] energy_error_limit sets the limit",
         ),
+    };
+    let first = match error {
+        SimulationError::ElementInverted { element, .. }
+        | SimulationError::Standstill { element, .. }
+        | SimulationError::TimeStepTooSmall { element, .. } => other_element(*element, problem),
+        SimulationError::EnergyError { error, .. } if !error.is_nan() => judgement::energy_advice(problem) + "; ",
+        _ => String::new(),
     };
     let mut text = format!("error: {what} at step {}, t = {:.6e} s", simulation.step(), simulation.time());
     if let Some(element) = element {
         text.push_str(&format!("\n  {}", whereabouts(element, problem, simulation)));
     }
-    let history: Vec<String> =
-        jacobians.iter().map(|(step, value)| format!("{} at step {step}", short(*value))).collect();
+    let numbers = jacobians.iter().filter(|(_, value)| value.is_finite());
+    let history: Vec<String> = numbers.map(|(step, value)| format!("{} at step {step}", short(*value))).collect();
     text.push_str(&format!(
         "\n  smallest Jacobian of all elements in the last rows of the history: {}",
         history.join(", ")
     ));
-    Told { what: text, help: format!("help: what usually helps: {help}") }
+    Told { what: text, help: format!("help: what usually helps: {first}{help}") }
+}
+
+/// The element that held where those of the part turn inside out, if there is one.
+fn other_element(element: u32, problem: &Problem) -> String {
+    let part = problem.model.parts.iter().find(|part| part.elements.contains(&element));
+    part.and_then(|part| inversion::other_element(part.element)).map_or(String::new(), |other| other + ", ")
 }
 
 /// A Jacobian: near 1 as people write it, far from it with an exponent.

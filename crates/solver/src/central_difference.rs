@@ -82,6 +82,7 @@ impl Simulation {
             block.min_jacobian = report.min_jacobian;
             block.internal_energy += report.internal_energy;
             block.hourglass_energy += report.hourglass_energy;
+            block.deleted_count += u64::from(report.deleted_count);
             self.energies.heat += report.plastic_dissipation * block.elements.heat_share().unwrap_or(0.0);
             self.elements = self.elements.followed_by(&report);
         }

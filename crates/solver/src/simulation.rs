@@ -103,6 +103,8 @@ pub(crate) struct Block {
     pub internal_energy: f64,
     /// Work against their hourglass control, J.
     pub hourglass_energy: f64,
+    /// Its elements that have been deleted.
+    pub deleted_count: u64,
 }
 
 /// Extremes over the elements at one time.
@@ -112,9 +114,9 @@ pub struct Extremes {
     pub max_equivalent_plastic_strain: f64,
     /// Highest temperature of a quadrature point, K, where a material has one.
     pub max_temperature: Option<f64>,
-    /// Smallest det F of a quadrature point.
+    /// Smallest det F of a quadrature point; infinite where all elements are deleted.
     pub min_jacobian: f64,
-    /// Stable time step of the mesh, s, without the safety factor.
+    /// Stable time step of the mesh, s, without the safety factor; infinite where all elements are deleted.
     pub stable_time_step: f64,
     /// The element with the smallest of its own, which sets it unless it is that of the assembled mesh.
     pub controlling_element: u32,
@@ -157,7 +159,13 @@ impl Simulation {
                 watches: model.settings.time_step != TimeStep::Element,
             };
             let elements = block(part, mesh, part_mass.smallest_corners, behaviour, level);
-            blocks.push(Block { elements, min_jacobian: Extreme::NONE, internal_energy: 0.0, hourglass_energy: 0.0 });
+            blocks.push(Block {
+                elements,
+                min_jacobian: Extreme::NONE,
+                internal_energy: 0.0,
+                hourglass_energy: 0.0,
+                deleted_count: 0,
+            });
         }
         if model.settings.time_step != TimeStep::Element
             && let Some(part) = blocks.iter().position(|block| !block.elements.has_linear_forces())
@@ -350,6 +358,11 @@ impl Simulation {
     /// How many elements have been deleted.
     pub fn deleted_count(&self) -> u64 {
         self.deleted_count
+    }
+
+    /// How many elements of each part have been deleted.
+    pub fn deleted_counts(&self) -> impl Iterator<Item = u64> {
+        self.blocks.iter().map(|block| block.deleted_count)
     }
 
     /// Whether each element has been deleted.

@@ -66,6 +66,9 @@ impl Simulation {
             block.internal_energy = next();
             block.hourglass_energy = next();
             block.elements.restore(&mut next);
+            let elements = &block.elements;
+            let is_deleted = |place: &usize| elements.stable_time_step(*place) == f64::INFINITY;
+            block.deleted_count = (0..elements.members().len()).filter(is_deleted).count() as u64;
         }
         // at time 0 the works have begun, and the ledger has not seen them yet
         if self.step > 0 {
