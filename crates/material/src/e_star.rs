@@ -11,7 +11,8 @@
 //! Update at the mid-step configuration, exactly objective: elastic predictor, radial return. Second order in the step for
 //! elastic response and for flow in one direction, first order where the direction of flow turns (backward Euler).
 //!
-//! Heating is by the dissipation per undeformed volume, J (T̃ − α̃) : D̄_p with J = exp(tr T̃/3k).
+//! Dissipation is the plastic work less what the back stress stores, (T̃ − α̃) : D̄_p and what its recovery dissipates.
+//! Heating is by the dissipation per undeformed volume, J times it with J = exp(tr T̃/3k).
 //!
 //! Parameters: elasticity, isotropic and kinematic hardening. History: T̃, ε̄ᵖ, α̃ where the surface moves, and what the
 //! hardening law remembers.
@@ -98,6 +99,8 @@ pub struct Return<R> {
     pub plastic_increment: R,
     /// α̃_{n+1}, Pa.
     pub back_stress: SymmetricTensor<R>,
+    /// What the recovery of the back stress dissipates in the step, J/m³; none of a rule without recovery.
+    pub recovered_energy: Option<R>,
 }
 
 impl KinematicRule for () {
@@ -123,7 +126,12 @@ impl KinematicRule for () {
 
         // 2μ Δγ n = 3μ p dev T̃_trial / (√(3/2) ‖dev T̃_trial‖)
         let factor = R::select(trial.yields, p * three_mu * trial.per_equivalent_stress, R::splat(0.0));
-        Return { stress_correction: trial.deviator * factor, plastic_increment: p, back_stress: trial.back_stress }
+        Return {
+            stress_correction: trial.deviator * factor,
+            plastic_increment: p,
+            back_stress: trial.back_stress,
+            recovered_energy: None,
+        }
     }
 }
 
@@ -182,6 +190,7 @@ impl<K: KinematicRule, H: Hardening> Material for EStar<K, H> {
             stress_correction: SymmetricTensor::zero(),
             plastic_increment: R::splat(0.0),
             back_stress: back_stress_old,
+            recovered_energy: None,
         };
         let returned = if yields.any() {
             let equivalent_stress = equivalent_squared.sqrt();
@@ -204,6 +213,8 @@ impl<K: KinematicRule, H: Hardening> Material for EStar<K, H> {
         // Δε_p = Δγ n = (2μ Δγ n)/2μ
         let dissipation = stress_power(&driving_stress_old, &driving_stress_new, &returned.stress_correction)
             * (0.5 / self.elasticity.shear_modulus());
+        let dissipation =
+            if let Some(recovered) = returned.recovered_energy { dissipation + recovered } else { dissipation };
         let dissipation = dissipation.max(R::splat(0.0));
         // small elastic strain: beyond this the stress has no meaning either
         let one = R::splat(1.0);

@@ -3,6 +3,9 @@
 //! dα̃/dt = ⅔ C D̄_p − γ ε̄̇ᵖ α̃ (Armstrong & Frederick 1966; Prager for γ = 0), α̃ = RᵀαR, so that the box rate of α
 //! follows (de Vera 2016, eq. 6.7).
 //!
+//! Energy: the back stress stores ψ_α = (3/4C) ‖α̃‖². Its rate is α̃ : D̄_p − (3γ/2C) ‖α̃‖² ε̄̇ᵖ, so that of the work α̃ : D̄_p the
+//! dynamic recovery dissipates (3γ/2C) ‖α̃‖² ε̄̇ᵖ: nothing by Prager's law, all of it once α̃ has saturated.
+//!
 //! History: α̃, beside that of [`EStar`](crate::EStar).
 
 use crate::e_star::{KinematicRule, Return, Trial, von_mises};
@@ -83,10 +86,15 @@ impl KinematicRule for KinematicHardening {
         let safe_equivalent = R::select(trial.yields, von_mises(&eta), one);
         let direction = eta * (R::splat(1.5) / safe_equivalent);
         let moved = direction.mul_add(modulus * p * (2.0 / 3.0), &trial.back_stress) * theta;
+        // α̃_{n+1} − α̃_n = ⅔ C Δε_p − γ p α̃_{n+1}, so that of the work ½ (α̃_n + α̃_{n+1}) : Δε_p exactly
+        // (3γ/4C) p (α̃_n + α̃_{n+1}) : α̃_{n+1} does not end in ψ_α
+        let per_modulus = if self.is_active() { 0.75 * self.recovery() / self.modulus() } else { 0.0 };
+        let recovered = (trial.back_stress + moved).double_dot(&moved) * (p * per_modulus);
         Return {
             stress_correction: (direction * (p * (2.0 / 3.0 * three_mu))).or_zero(trial.yields),
             plastic_increment: p,
             back_stress: SymmetricTensor::select(trial.yields, &moved, &trial.back_stress),
+            recovered_energy: Some(R::select(trial.yields, recovered, R::splat(0.0))),
         }
     }
 }

@@ -153,8 +153,8 @@ pub struct MaterialUpdate<R, State> {
     pub state: State,
     /// Stress power of the step ∫ T : D dt by the trapezoidal rule, J per m³ of the mid-step volume.
     pub internal_energy: R,
-    /// The part of it that plastic flow dissipates, ∫ (T − α) : D_p dt by the same rule, J/m³. With a centre α that rests
-    /// the other part is the change of the elastic energy.
+    /// The part of it that plastic flow dissipates, by the same rule, J/m³: ∫ T : D_p dt less the change of the energy that a
+    /// moving centre of the yield surface stores. The other part is that change and the change of the elastic energy.
     pub plastic_dissipation: R,
 }
 
