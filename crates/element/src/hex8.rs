@@ -552,11 +552,11 @@ pub fn advance<R: Real, M: Material>(
     let (mut internal_energy, mut plastic_dissipation) = (zero, zero);
     let mut stiffening = None;
     for ((state, motion), &volume_half) in history.states.iter_mut().zip(&motions).zip(&volumes_half) {
-        if let Some(ratio) = material.stiffening(motion) {
-            stiffening = Some(stiffening.map_or(ratio, |largest: R| largest.max(ratio)));
-        }
         let update = material.update(state, motion, step.time_step);
         *state = update.state;
+        if let Some(ratio) = material.stiffening(state, motion) {
+            stiffening = Some(stiffening.map_or(ratio, |largest: R| largest.max(ratio)));
+        }
         internal_energy = update.internal_energy.mul_add(volume_half, internal_energy);
         plastic_dissipation = update.plastic_dissipation.mul_add(volume_half, plastic_dissipation);
     }

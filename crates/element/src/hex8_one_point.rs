@@ -512,8 +512,9 @@ impl Element<CORNERS> for HourglassControl {
         let of_corners = obliqueness * 0.125;
         let largest = largest_stiffness(uniform, hourglass_stiffness * of_corners, obliqueness);
         let mut undamped = (motion.corner_mass / largest).sqrt() * 2.0;
-        if let Some(ratio) = material.stiffening(&motion_of_point) {
-            undamped = undamped / ratio.sqrt();
+        if let Some(ratio) = material.stiffening(&update.state, &motion_of_point) {
+            // hourglass control has the moduli at rest, and does not soften with the material
+            undamped = undamped / ratio.max(R::splat(1.0)).sqrt();
         }
         history.stable_time_step = undamped;
         // damping ratio ξ = C/(2 m ω) of the hourglass viscosity

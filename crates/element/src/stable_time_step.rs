@@ -28,8 +28,10 @@
 //!
 //! For bricks all are the same; they are equalities for a cube with λ ≥ 0 and for any brick with λ = 0, and at
 //! ν = 0.3 no brick loses more than 4 % of its exact step. What distorted hexes lose stands in
-//! `tests/stable_time_step.rs`. The stiffness of stress itself is left out: it changes ω² by the order of stress over
-//! modulus, which the safety factor covers.
+//! `tests/stable_time_step.rs`. These are the moduli at rest. A theory whose stress follows from the deformation tells by how much
+//! its tangent exceeds them, the stiffness of the stress included ([`Material::stiffening`](estar_material::Material::stiffening)),
+//! and ω² grows by that. For the theories in rate form the stiffness of the stress is left out: it changes ω² by the order of
+//! stress over modulus, which the safety factor covers (`tests/stiffening.rs` says how far).
 //!
 //! The bound is of the norm, so that it covers every eigenvalue of the F-bar operator. It cannot make them real: on
 //! distorted hexes they have imaginary parts of some 10⁻³ of the norm, and such vibrations of an elastic body grow at any

@@ -311,11 +311,11 @@ impl Element<NODES> for Tet10 {
                 rotation_new: rotations[point],
             });
             history.rotations[point] = rotations[point];
-            if let Some(ratio) = material.stiffening(&motion) {
-                stiffening = Some(stiffening.map_or(ratio, |largest: R| largest.max(ratio)));
-            }
             let update = material.update(&history.states[point], &motion, step.time_step);
             history.states[point] = update.state;
+            if let Some(ratio) = material.stiffening(&update.state, &motion) {
+                stiffening = Some(stiffening.map_or(ratio, |largest: R| largest.max(ratio)));
+            }
             internal_energy = update.internal_energy.mul_add(volumes_half[point], internal_energy);
             plastic_dissipation = update.plastic_dissipation.mul_add(volumes_half[point], plastic_dissipation);
         }

@@ -243,7 +243,7 @@ impl Element<NODES> for Tet4 {
             ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
         let metric = Metrics::none().with(&position, &cofactor, parent_jacobian).greatest();
         let undamped = bounds.stable_time_step_tet4(&metric, motion.corner_mass);
-        let undamped = match material.stiffening(&motion_of_point) {
+        let undamped = match material.stiffening(&update.state, &motion_of_point) {
             Some(ratio) => undamped / ratio.sqrt(),
             None => undamped,
         };

@@ -17,14 +17,15 @@
 //! Parameters: elasticity, isotropic and kinematic hardening. History: T̃, ε̄ᵖ, α̃ where the surface moves, and what the
 //! hardening law remembers.
 
-use crate::elastic::stress_power;
-use crate::factors::{elastic_strain, plastic_metric_under};
+use crate::elastic::{predicted_stress, stress_power};
+use crate::factors::{elastic_metric, plastic_metric_under};
 use crate::point_state;
 use crate::return_mapping::{RadialReturn, radial_hardening_index};
 use crate::{
     FlowStart, FlowStress, Hardening, IsotropicElasticity, Material, MaterialUpdate, PointState, RotatedMotion,
+    YieldCriterion,
 };
-use estar_tensor::{Mask, Real, Rotation, SymmetricTensor};
+use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, Tensor};
 
 /// The E* theory in box-rate form; `K` is `()` or [`KinematicHardening`](crate::KinematicHardening).
 #[derive(Clone, Debug, PartialEq)]
@@ -243,18 +244,32 @@ impl<K: KinematicRule, H: Hardening> Material for EStar<K, H> {
         state.rotated_stress.pushed_by(&rotation.to_tensor())
     }
 
+    /// I until something has flowed; then what the elastic stretch leaves of C. The elastic strain of the rate form is
+    /// logarithmic, so that this has det C_p = 1 under any change of volume.
     fn plastic_metric(&self, state: &Self::State<f64>, metric: &SymmetricTensor<f64>) -> SymmetricTensor<f64> {
-        plastic_metric_under(&elastic_strain(&self.elasticity, &state.rotated_stress), metric)
+        if state.equivalent_plastic_strain > 0.0 {
+            plastic_metric_under(&elastic_metric(&self.elasticity, &state.rotated_stress), metric)
+        } else {
+            SymmetricTensor::spherical(1.0)
+        }
     }
 
     /// Φ = H/(3μ + H), H the slope of the flow stress and of the back stress in the direction of flow.
-    fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64> {
+    fn hardening_index(&self, state: &Self::State<f64>, _: &Tensor<f64>) -> Option<f64> {
         let back_stress = K::back_stress(&state.back_stress);
         let relative = state.rotated_stress.deviator() - back_stress;
         let flow_stress = von_mises(&relative);
         let slope = self.hardening.slope_of_flow(state.equivalent_plastic_strain, &state.memory, flow_stress)
             + self.kinematic.back_stress_slope(&back_stress, &relative);
         Some(radial_hardening_index(&self.elasticity, slope))
+    }
+
+    /// √(3/2) ‖dev T̃ − α̃‖.
+    fn yield_criterion(&self, state: &Self::State<f64>, motion: &RotatedMotion<f64>) -> Option<YieldCriterion> {
+        let trial = predicted_stress(&self.elasticity, &state.rotated_stress, &motion.strain_increment);
+        let relative = trial.deviator() - K::back_stress(&state.back_stress);
+        let strain = state.equivalent_plastic_strain;
+        YieldCriterion::under(&self.hardening, strain, &state.memory, von_mises(&relative))
     }
 
     #[inline(always)]

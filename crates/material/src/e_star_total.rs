@@ -22,9 +22,12 @@
 use crate::e_star::von_mises;
 use crate::elastic::stress_power;
 use crate::metric_state::isochoric;
-use crate::return_mapping::{Equivalent, plastic_increment, radial_hardening_index};
-use crate::{FlowStart, Hardening, IsotropicElasticity, Material, MaterialUpdate, MetricState, SpatialMotion};
-use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, inlined};
+use crate::return_mapping::{Equivalent, plastic_increment};
+use crate::tangent_bound::linear_in_elastic_metric;
+use crate::{
+    FlowStart, Hardening, IsotropicElasticity, Material, MaterialUpdate, MetricState, SpatialMotion, YieldCriterion,
+};
+use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, Tensor, inlined};
 
 /// The E* theory in total form.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,6 +162,12 @@ impl<H: Hardening> Material for EStarTotal<H> {
         &self.elasticity
     }
 
+    /// Of the tangent of T(b_e), which is stiffer by tr b_e and by the stress.
+    #[inline(always)]
+    fn stiffening<R: Real>(&self, state: &Self::State<R>, _: &SpatialMotion<R>) -> Option<R> {
+        Some(linear_in_elastic_metric(&self.elasticity, &state.stress).over_rest(&self.elasticity))
+    }
+
     fn initial_state<R: Real>(&self) -> Self::State<R> {
         MetricState::initial(self.hardening.initial_memory())
     }
@@ -224,11 +233,18 @@ impl<H: Hardening> Material for EStarTotal<H> {
         state.plastic_metric()
     }
 
-    /// Φ = H/(3μ + H), to the order of the elastic strain.
-    fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64> {
+    /// Φ = H/(3μ n² : b_e + H).
+    fn hardening_index(&self, state: &Self::State<f64>, gradient: &Tensor<f64>) -> Option<f64> {
         let flow_stress = von_mises(&state.stress.deviator());
         let slope = self.hardening.slope_of_flow(state.equivalent_plastic_strain, &state.memory, flow_stress);
-        Some(radial_hardening_index(&self.elasticity, slope))
+        Some(slope / (elastic_slope(&self.elasticity, &state.inverse_plastic_metric.pushed_by(gradient)) + slope))
+    }
+
+    /// √(3/2) ‖dev T‖.
+    fn yield_criterion(&self, state: &Self::State<f64>, motion: &SpatialMotion<f64>) -> Option<YieldCriterion> {
+        let trial = self.stress(&state.inverse_plastic_metric.pushed_by(&motion.deformation_gradient));
+        let strain = state.equivalent_plastic_strain;
+        YieldCriterion::under(&self.hardening, strain, &state.memory, von_mises(&trial.deviator()))
     }
 
     #[inline(always)]
@@ -239,6 +255,13 @@ impl<H: Hardening> Material for EStarTotal<H> {
     fn heat_share(&self) -> Option<f64> {
         self.hardening.heat_share()
     }
+}
+
+/// −dq/dp = 3μ n² : b_e, Pa, of q = √(3/2) μ ‖dev b_e‖ along the flow db_e/dp = −√6 n b_e with n = dev b_e/‖dev b_e‖.
+pub(crate) fn elastic_slope(elasticity: &IsotropicElasticity, elastic_metric: &SymmetricTensor<f64>) -> f64 {
+    let deviator = elastic_metric.deviator();
+    let direction = deviator.square() * deviator.norm_squared().max(f64::MIN_POSITIVE).recip();
+    3.0 * elasticity.shear_modulus() * direction.double_dot(elastic_metric)
 }
 
 const SQRT_6: f64 = 2.449_489_742_783_178;

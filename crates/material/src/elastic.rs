@@ -7,7 +7,7 @@
 
 use crate::point_state;
 use crate::{IsotropicElasticity, Material, MaterialUpdate, RotatedMotion};
-use estar_tensor::{Real, Rotation, SymmetricTensor};
+use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor};
 
 /// Isotropic elasticity in rate form.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +74,7 @@ impl Material for Elastic {
         SymmetricTensor::spherical(1.0)
     }
 
-    fn hardening_index(&self, _: &ElasticState<f64>) -> Option<f64> {
+    fn hardening_index(&self, _: &ElasticState<f64>, _: &Tensor<f64>) -> Option<f64> {
         None
     }
 }

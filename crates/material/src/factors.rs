@@ -58,14 +58,21 @@ pub(crate) fn elastic_strain(
     deviator.plus_spherical(rotated_stress.trace() / (9.0 * elasticity.bulk_modulus()))
 }
 
-/// C_p = U_p² from E_* and C: U_p C_* U_p = C with C_* = I + 2 E_* has one solution with positive stretches,
+/// C_* = U_*² of a rotated stress T̃ = 2μ dev ln U_* + k tr(ln U_*) I: the rate form's elastic strain is logarithmic.
+pub(crate) fn elastic_metric(
+    elasticity: &IsotropicElasticity,
+    rotated_stress: &SymmetricTensor<f64>,
+) -> SymmetricTensor<f64> {
+    of_principal_values(&(elastic_strain(elasticity, rotated_stress) * 2.0), f64::exp)
+}
+
+/// C_p = U_p² from C_* = U_*² and C: U_p C_* U_p = C has one solution with positive stretches,
 /// U_p = C_*^(−½) (C_*^½ C C_*^½)^½ C_*^(−½).
 pub(crate) fn plastic_metric_under(
-    elastic_strain: &SymmetricTensor<f64>,
+    elastic_metric: &SymmetricTensor<f64>,
     metric: &SymmetricTensor<f64>,
 ) -> SymmetricTensor<f64> {
-    let elastic_metric = (*elastic_strain * 2.0).plus_spherical(1.0);
-    let root = of_principal_values(&elastic_metric, f64::sqrt).to_tensor();
+    let root = of_principal_values(elastic_metric, f64::sqrt).to_tensor();
     let between = of_principal_values(&metric.pulled_by(&root), f64::sqrt);
     between.pulled_by(&root.inverse()).square()
 }
@@ -107,7 +114,8 @@ mod tests {
     fn the_plastic_metric_under_an_elastic_strain_leaves_that_strain() {
         let gradient = Tensor::from_rows(GRADIENT);
         let elastic = SymmetricTensor([0.02, -0.01, 0.005, 0.01, -0.003, 0.002]);
-        let plastic_metric = plastic_metric_under(&elastic, &metric(&gradient));
+        let elastic_metric = (elastic * 2.0).plus_spherical(1.0);
+        let plastic_metric = plastic_metric_under(&elastic_metric, &metric(&gradient));
         let found = Factors::new(&gradient, &plastic_metric).elastic_strain();
         assert!((found - elastic).norm_squared().sqrt() < 1e-14);
     }

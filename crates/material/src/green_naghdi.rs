@@ -27,8 +27,11 @@ use crate::e_star::von_mises;
 use crate::elastic::stress_power;
 use crate::point_state;
 use crate::return_mapping::{RadialReturn, radial_hardening_index};
-use crate::{FlowStart, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, ReferenceMotion};
-use estar_tensor::{Mask, Real, Rotation, SymmetricTensor};
+use crate::tangent_bound::second_piola_kirchhoff;
+use crate::{
+    FlowStart, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, ReferenceMotion, YieldCriterion,
+};
+use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, Tensor};
 
 /// The Green-Naghdi theory.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,6 +79,13 @@ impl GreenNaghdi {
     }
 }
 
+/// E = ½ (FᵀF − I).
+#[inline(always)]
+fn green_strain<R: Real>(gradient: &Tensor<R>) -> SymmetricTensor<R> {
+    let stretch_squared = SymmetricTensor::spherical(R::splat(1.0)).pulled_by(gradient);
+    stretch_squared.plus_spherical(R::splat(-1.0)) * R::splat(0.5)
+}
+
 impl Material for GreenNaghdi {
     type State<R: Real> = GreenNaghdiState<R>;
 
@@ -85,14 +95,14 @@ impl Material for GreenNaghdi {
         &self.elasticity
     }
 
-    /// λ_max(b)²/J with b = FFᵀ: D : c : D = (2μ ‖FᵀDF‖² + λ (b : D)²)/J. For λ_max ≤ ⅓ tr b + √⅔ ‖dev b‖.
+    /// The elasticity is that of S, pushed forward by F.
     #[inline(always)]
-    fn stiffening<R: Real>(&self, motion: &ReferenceMotion<R>) -> Option<R> {
-        const TWO_THIRDS: f64 = 2.0 / 3.0;
+    fn stiffening<R: Real>(&self, state: &GreenNaghdiState<R>, motion: &ReferenceMotion<R>) -> Option<R> {
         let gradient = &motion.deformation_gradient;
-        let b = SymmetricTensor::spherical(R::splat(1.0)).pushed_by(gradient);
-        let largest = b.trace() * (1.0 / 3.0) + (b.deviator().norm_squared() * TWO_THIRDS).sqrt();
-        Some(largest * largest / gradient.determinant())
+        let jacobian = gradient.determinant();
+        let metric = SymmetricTensor::spherical(R::splat(1.0)).pushed_by(gradient);
+        let tangent = second_piola_kirchhoff(&self.elasticity, &(state.stress * jacobian), &metric);
+        Some(tangent.over_rest(&self.elasticity) / jacobian)
     }
 
     fn initial_state<R: Real>(&self) -> GreenNaghdiState<R> {
@@ -116,8 +126,7 @@ impl Material for GreenNaghdi {
         let strain_old = old.equivalent_plastic_strain;
 
         // (i) elastic predictor: S_trial = 2μ dev(E_{n+1} − E_p,n) + k tr(E_{n+1}) I, E = ½ (FᵀF − I)
-        let stretch_squared = SymmetricTensor::spherical(R::splat(1.0)).pulled_by(gradient);
-        let strain = stretch_squared.plus_spherical(R::splat(-1.0)) * R::splat(0.5);
+        let strain = green_strain(gradient);
         let trial = self.second_piola_kirchhoff(&strain, &old.plastic_strain);
 
         // (ii) admissibility: √(3/2) ‖dev S_trial‖ ≤ σ_y(ε̄ᵖ_n)
@@ -173,7 +182,14 @@ impl Material for GreenNaghdi {
     }
 
     /// Φ = H/(3μ + H).
-    fn hardening_index(&self, state: &GreenNaghdiState<f64>) -> Option<f64> {
+    fn hardening_index(&self, state: &GreenNaghdiState<f64>, _: &Tensor<f64>) -> Option<f64> {
         Some(radial_hardening_index(&self.elasticity, self.hardening.at(state.equivalent_plastic_strain).slope))
+    }
+
+    /// √(3/2) ‖dev S‖.
+    fn yield_criterion(&self, state: &GreenNaghdiState<f64>, motion: &ReferenceMotion<f64>) -> Option<YieldCriterion> {
+        let trial = self.second_piola_kirchhoff(&green_strain(&motion.deformation_gradient), &state.plastic_strain);
+        let strain = state.equivalent_plastic_strain;
+        YieldCriterion::under(&self.hardening, strain, &(), von_mises(&trial.deviator()))
     }
 }

@@ -40,6 +40,11 @@ pub trait Hardening: Clone + Send + Sync + 'static {
         None
     }
 
+    /// Whether the flow stress depends on the rate of flow.
+    fn depends_on_rate(&self) -> bool {
+        false
+    }
+
     /// dσ_y/dε̄ᵖ, Pa, along a flow that goes on at its rate and now has the flow stress `flow_stress` (Pa).
     fn slope_of_flow(&self, plastic_strain: f64, memory: &Self::Memory<f64>, flow_stress: f64) -> f64;
 }

@@ -14,11 +14,12 @@
 use crate::elastic::stress_power;
 use crate::metric_state::isochoric;
 use crate::principal_surface::{PrincipalSurface, Rankine, VonMises};
+use crate::tangent_bound::logarithmic;
 use crate::{
     ClosestPoint, FlowStart, Hardening, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, MetricState,
-    SpatialMotion,
+    SpatialMotion, YieldCriterion,
 };
-use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, array, inlined};
+use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, Tensor, array, inlined};
 
 /// Hencky hyperelasticity that yields on the surface `S`.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,10 +71,11 @@ impl<S: PrincipalSurface> Material for Hencky<S> {
         &self.elasticity
     }
 
-    /// 1/J: the moduli are those of the Kirchhoff stress.
+    /// The moduli are those of the Kirchhoff stress.
     #[inline(always)]
-    fn stiffening<R: Real>(&self, motion: &SpatialMotion<R>) -> Option<R> {
-        Some(motion.deformation_gradient.determinant().recip())
+    fn stiffening<R: Real>(&self, state: &Self::State<R>, motion: &SpatialMotion<R>) -> Option<R> {
+        let jacobian = motion.deformation_gradient.determinant();
+        Some(logarithmic(&self.elasticity, &(state.stress * jacobian)).over_rest(&self.elasticity) / jacobian)
     }
 
     fn initial_state<R: Real>(&self) -> Self::State<R> {
@@ -145,11 +147,16 @@ impl<S: PrincipalSurface> Material for Hencky<S> {
         state.plastic_metric()
     }
 
-    /// Φ at the Cauchy stress: to the order of the elastic strain.
-    fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64> {
-        let principal_stress = state.stress.eigensystem().values;
+    fn hardening_index(&self, state: &Self::State<f64>, gradient: &Tensor<f64>) -> Option<f64> {
+        let principal_stress = (state.stress * gradient.determinant()).eigensystem().values;
         let strain = state.equivalent_plastic_strain;
         Some(self.surface.hardening_index(&self.elasticity, principal_stress, strain, &state.memory))
+    }
+
+    fn yield_criterion(&self, state: &Self::State<f64>, motion: &SpatialMotion<f64>) -> Option<YieldCriterion> {
+        let trial = state.inverse_plastic_metric.pushed_by(&motion.deformation_gradient).eigensystem();
+        let stress = self.elasticity.principal_stress(hencky_strain(&trial.values));
+        self.surface.yield_criterion(stress, state.equivalent_plastic_strain, &state.memory)
     }
 
     #[inline(always)]

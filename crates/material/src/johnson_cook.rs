@@ -183,6 +183,10 @@ impl Hardening for JohnsonCook {
         Some(self.taylor_quinney)
     }
 
+    fn depends_on_rate(&self) -> bool {
+        self.rate_factor > 0.0
+    }
+
     /// ∂σ_y/∂ε̄ᵖ + ∂σ_y/∂θ β σ_y/(ρ₀ c), below zero where heating softens more than strain hardens; the factor of the rate is
     /// that by which the flow stress exceeds that of slow flow.
     fn slope_of_flow(&self, plastic_strain: f64, memory: &Temperature<f64>, flow_stress: f64) -> f64 {

@@ -26,6 +26,18 @@ pub struct StepKinematics<R> {
     pub rotation_new: Rotation<R>,
 }
 
+impl<R: Real> StepKinematics<R> {
+    /// No motion.
+    pub fn at_rest(deformation_gradient: Tensor<R>, rotation: Rotation<R>) -> Self {
+        Self {
+            incremental_displacement_gradient: Tensor::zero(),
+            deformation_gradient,
+            rotation_old: rotation,
+            rotation_new: rotation,
+        }
+    }
+}
+
 impl<R: Real> PointGradients<R> {
     /// det(∂X/∂ξ) F_{n+1} = (∂x/∂ξ) cof(∂X/∂ξ)ᵀ, which has the rotation of F, and 1/det(∂X/∂ξ).
     #[inline(always)]

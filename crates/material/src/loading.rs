@@ -159,6 +159,9 @@ mod tests {
         let rate = (simple_shear(1.0) - Tensor::identity()).symmetric_part();
         let index = criterion(&old, flow_stress).index(&rate);
         let ratio = (half_square(&point) - half_square(&old)) / step / index;
+        // the index of a point is the same, but for the size of the elastic strain
+        let of_point = point.observation().loading_index.unwrap();
+        assert!((of_point / index - 1.0).abs() < 4.0 * flow_stress / 200e9, "{of_point:e} {index:e}");
         let expected = modulus / (3.0 * solid().shear_modulus() + modulus);
         assert!((ratio / expected - 1.0).abs() < 4.0 * flow_stress / 200e9, "{ratio} {expected}");
     }

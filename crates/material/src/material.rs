@@ -1,10 +1,11 @@
 //! The seam between a theory and what drives it.
 
+use crate::yield_criterion::YieldCriterion;
 use crate::{
     ClosestPoint, EStar, EStarTotal, Elastic, GreenNaghdi, Hencky, Hypoelastic, IsotropicElasticity,
     IsotropicHardening, JohnsonCook, KinematicHardening, Motion, ObjectiveRate, PlasticMetric, Rankine, VonMises,
 };
-use estar_tensor::{Real, Rotation, SymmetricTensor};
+use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor};
 
 /// A constitutive theory with its parameters.
 pub trait Material: Clone + Send + Sync + 'static {
@@ -17,10 +18,12 @@ pub trait Material: Clone + Send + Sync + 'static {
     /// Density and elastic constants. They bound the stable time step, with [`Material::stiffening`].
     fn elasticity(&self) -> &IsotropicElasticity;
 
-    /// Upper bound of the elastic tangent in the current configuration over that of [`Material::elasticity`], for a theory
-    /// whose tangent grows with deformation. Implementations are `#[inline(always)]`.
+    /// Upper bound of the elastic tangent in the current configuration, the stiffness of the stress included, over that of
+    /// [`Material::elasticity`], for a theory whose tangent grows with deformation: after an update by `motion` to `state`.
+    /// Without it the stable time step holds for stresses that are small beside the moduli. Implementations are
+    /// `#[inline(always)]`.
     #[inline(always)]
-    fn stiffening<R: Real>(&self, _motion: &Self::Motion<R>) -> Option<R> {
+    fn stiffening<R: Real>(&self, _state: &Self::State<R>, _motion: &Self::Motion<R>) -> Option<R> {
         None
     }
 
@@ -46,9 +49,16 @@ pub trait Material: Clone + Send + Sync + 'static {
     /// Plastic metric C_p = U_p² of a history, where `metric` is C = FᵀF: what is told of a point, no part of a step.
     fn plastic_metric(&self, state: &Self::State<f64>, metric: &SymmetricTensor<f64>) -> SymmetricTensor<f64>;
 
-    /// Φ = f̂/ĝ of a history that flows (de Vera 2016, eq. 3.28-3.30): positive where the material hardens, zero where it
-    /// is perfectly plastic, negative where it softens. None where it cannot flow.
-    fn hardening_index(&self, state: &Self::State<f64>) -> Option<f64>;
+    /// Φ = f̂/ĝ of a history that flows (de Vera 2016, eq. 3.28-3.30), where F is the `deformation_gradient`: positive where
+    /// the material hardens, zero where it is perfectly plastic, negative where it softens. None where it cannot flow, or
+    /// where there is no closed form.
+    fn hardening_index(&self, state: &Self::State<f64>, deformation_gradient: &Tensor<f64>) -> Option<f64>;
+
+    /// Where the elastic predictor of a step from the history `state` leads, and how far it may. None where the material cannot
+    /// flow, or where more than this decides whether it does.
+    fn yield_criterion(&self, _state: &Self::State<f64>, _motion: &Self::Motion<f64>) -> Option<YieldCriterion> {
+        None
+    }
 
     /// Temperature of a history, K, of a material that has one. Implementations are `#[inline(always)]`.
     #[inline(always)]

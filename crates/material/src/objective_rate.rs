@@ -248,7 +248,7 @@ impl Material for Hypoelastic {
         SymmetricTensor::spherical(1.0)
     }
 
-    fn hardening_index(&self, _: &HypoelasticState<f64>) -> Option<f64> {
+    fn hardening_index(&self, _: &HypoelasticState<f64>, _: &Tensor<f64>) -> Option<f64> {
         None
     }
 

@@ -16,20 +16,27 @@
 //! own configuration, by the exponential of its own flow direction where that keeps what the rule keeps. An exponential of
 //! x N for N similar to n_τ is a combination of I, N and N² with the coefficients of n_τ. What a consistent rule keeps,
 //! C_p symmetric and det C_p = 1, is cleared of rounding. The rule of Simo & Hughes keeps no determinant and moves along a
-//! straight line; the Frobenius-normal rule moves C_p out of the symmetric tensors, and the energy sees the symmetric part,
-//! as W̃ = ½ tr(C C_p⁻¹) does by itself. These two can come where no flow along their direction is admissible any more; the
-//! stress is infinite then, and who leads the point is told.
+//! straight line. The Frobenius-normal rule moves C_p out of the symmetric tensors. W̃ is a function of the invariants of
+//! C C_p⁻¹ all the same, which are those of B = F C_p⁻¹ Fᵀ: with a symmetric ∂W̃/∂C the stress is τ = μ sym(ln B) + ½ λ tr(ln B) I
+//! of Hencky's energy and μ (sym B − I) + ½ λ ln(det B) I of neo-Hooke's, and the pressure is that of J. What such a step
+//! dissipates is the fall of W̃ at fixed C, which can be below zero: the source shows that it is not, for the Σ̃ of a ∂W̃/∂C that is
+//! not symmetrized, Fᵀ (μ ln Bᵀ) F⁻ᵀ, but along that Σ̃ the paths of the tests soon come to where no flow is admissible. So can both
+//! of these rules; the stress is infinite then, and who leads the point is told.
 //!
 //! Parameters: elasticity, hardening, energy, flow rule. History: C_p⁻¹ with nine components, ε̄ᵖ, and T for the stress power.
 
 use crate::e_star::von_mises;
-use crate::e_star_total::{Combination, EStarTotal};
+use crate::e_star_total::{Combination, EStarTotal, elastic_slope};
 use crate::elastic::stress_power;
 use crate::hencky::hencky_strain;
+use crate::logarithm::logarithm;
 use crate::point_state;
 use crate::principal_surface::{PrincipalSurface, VonMises};
 use crate::return_mapping::radial_hardening_index;
-use crate::{FlowStart, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, SpatialMotion};
+use crate::tangent_bound::{logarithmic, neo_hooke};
+use crate::{
+    FlowStart, IsotropicElasticity, IsotropicHardening, Material, MaterialUpdate, SpatialMotion, YieldCriterion,
+};
 use estar_tensor::{Mask, Real, Rotation, SymmetricTensor, Tensor, Vector3, array, inlined};
 
 /// Hyperelasticity with a flow rule for the plastic metric.
@@ -161,6 +168,9 @@ impl PlasticMetric {
 
     /// W of F and C_p⁻¹, J per m³ of reference volume.
     pub fn elastic_energy(&self, gradient: &Tensor<f64>, inverse_plastic_metric: &Tensor<f64>) -> f64 {
+        if self.rule == FlowRule::FrobeniusNormal {
+            return self.energy_of_invariants(&in_space(inverse_plastic_metric, gradient));
+        }
         let [mu, lambda] = [self.elasticity.shear_modulus(), self.elasticity.lame_lambda()];
         let metric = inverse_plastic_metric.symmetric_part().pushed_by(gradient);
         let values = metric.eigensystem().values;
@@ -189,6 +199,58 @@ impl PlasticMetric {
                 let mu = self.elasticity.shear_modulus();
                 (*elastic_metric * R::splat(mu)).plus_spherical(spherical - mu)
             }
+        }
+    }
+
+    /// τ of B = F C_p⁻¹ Fᵀ, which need not be symmetric.
+    #[inline(never)]
+    fn kirchhoff_stress_of_invariants<R: Real>(&self, metric: &Tensor<R>) -> SymmetricTensor<R> {
+        let [mu, half_lambda] = [self.elasticity.shear_modulus(), 0.5 * self.elasticity.lame_lambda()];
+        match self.energy {
+            ElasticEnergy::Hencky => {
+                let logarithm = logarithm(metric);
+                (logarithm.symmetric_part() * R::splat(mu)).plus_spherical(logarithm.trace() * half_lambda)
+            }
+            ElasticEnergy::NeoHooke => {
+                let spherical = metric.determinant().ln() * half_lambda;
+                (metric.symmetric_part() * R::splat(mu)).plus_spherical(spherical - mu)
+            }
+        }
+    }
+
+    /// W of B = F C_p⁻¹ Fᵀ, which need not be symmetric.
+    fn energy_of_invariants<R: Real>(&self, metric: &Tensor<R>) -> R {
+        let [mu, lambda] = [self.elasticity.shear_modulus(), self.elasticity.lame_lambda()];
+        // with ε = ½ ln B: tr ε and, of Hencky's energy, tr ε², of neo-Hooke's ½ (tr B − 3) − tr ε
+        let (sum, shape) = match self.energy {
+            ElasticEnergy::Hencky => {
+                let strain = logarithm(metric) * R::splat(0.5);
+                (strain.trace(), strain.dot(&strain).trace())
+            }
+            ElasticEnergy::NeoHooke => {
+                let sum = metric.determinant().ln() * 0.5;
+                (sum, (metric.trace() - 3.0) * 0.5 - sum)
+            }
+        };
+        shape * mu + sum * sum * (0.5 * lambda)
+    }
+
+    /// τ of F and C_p⁻¹.
+    #[inline(always)]
+    fn kirchhoff_stress_at<R: Real>(&self, metric: &Tensor<R>, gradient: &Tensor<R>) -> SymmetricTensor<R> {
+        match self.rule {
+            FlowRule::FrobeniusNormal => self.kirchhoff_stress_of_invariants(&in_space(metric, gradient)),
+            _ => self.kirchhoff_stress(&metric.symmetric_part().pushed_by(gradient)),
+        }
+    }
+
+    /// What the yield radius bounds, √(3/2) times it: ‖dev Σ̃‖ with dev Σ̃ = Fᵀ dev τ F⁻ᵀ, or ‖dev τ‖.
+    #[inline(always)]
+    fn equivalent_stress<R: Real>(&self, kirchhoff: &SymmetricTensor<R>, gradient: &Tensor<R>) -> R {
+        let deviator = kirchhoff.deviator();
+        match self.rule {
+            FlowRule::FrobeniusNormal => (referential(&deviator, gradient).norm_squared() * 1.5).sqrt(),
+            _ => von_mises(&deviator),
         }
     }
 
@@ -294,6 +356,25 @@ impl PlasticMetric {
         }
     }
 
+    /// W(C, C_p,n) − W(C, C_p,n+1), the mean of that at the C of t_n and of t_{n+1}, J per m³ of the mid-step volume. Below zero
+    /// where a rule gains energy.
+    #[inline(never)]
+    fn fall_of_energy<R: Real>(
+        &self,
+        old: &PlasticMetricState<R>,
+        metric_new: &Tensor<R>,
+        motion: &SpatialMotion<R>,
+    ) -> R {
+        // F_{n+½} = (I + ½ Δt D)⁻¹ F_{n+1} and F_n = (I − ½ Δt D) F_{n+½}, but for a turn
+        let half_step = motion.strain_increment.to_tensor() * R::splat(0.5);
+        let gradient_new = motion.deformation_gradient;
+        let gradient_half = half_step.plus_spherical(R::splat(1.0)).inverse().dot(&gradient_new);
+        let gradient_old = (Tensor::identity() - half_step).dot(&gradient_half);
+        let energy = |metric: &Tensor<R>, gradient: &Tensor<R>| self.energy_of_invariants(&in_space(metric, gradient));
+        let fall = |gradient: &Tensor<R>| energy(&old.inverse_plastic_metric, gradient) - energy(metric_new, gradient);
+        (fall(&gradient_old) + fall(&gradient_new)) * 0.5 / gradient_half.determinant()
+    }
+
     /// The step of a rule that leaves the principal axes of b_trial or its determinant: the Δγ with which its own yield
     /// stress is met at the end, by bisection. No element takes it, so that it need not be fast.
     #[inline(never)]
@@ -301,22 +382,12 @@ impl PlasticMetric {
         let zero = R::splat(0.0);
         let metric_old = old.inverse_plastic_metric;
         let inverse = gradient.inverse();
-        let transposed_inverse = inverse.transpose();
-        let in_space = |metric: &Tensor<R>| metric.symmetric_part().pushed_by(gradient);
-        // dev Σ̃ = Fᵀ dev τ F⁻ᵀ
-        let referential =
-            |deviator: &SymmetricTensor<R>| gradient.transpose_dot(&deviator.to_tensor().dot(&transposed_inverse));
-        let frobenius = self.rule == FlowRule::FrobeniusNormal;
-        let equivalent_stress = |stress: &SymmetricTensor<R>| {
-            let deviator = stress.deviator();
-            if frobenius { (referential(&deviator).norm_squared() * 1.5).sqrt() } else { von_mises(&deviator) }
-        };
 
         // (i) elastic predictor, (ii) admissibility
-        let trial = in_space(&metric_old);
-        let trial_stress = self.kirchhoff_stress(&trial);
+        let trial = in_space(&metric_old, gradient);
+        let trial_stress = self.kirchhoff_stress_at(&metric_old, gradient);
         let deviator = trial_stress.deviator();
-        let trial_equivalent = equivalent_stress(&trial_stress);
+        let trial_equivalent = self.equivalent_stress(&trial_stress, gradient);
         let yields = trial_equivalent.gt(self.hardening.at(old.equivalent_plastic_strain).stress);
 
         // (iii) return mapping along the direction of the trial
@@ -324,12 +395,12 @@ impl PlasticMetric {
         let norm = safe(deviator.norm_squared().sqrt());
         let normal = deviator * norm.recip();
         let determinant = normal.determinant();
-        let in_reference = referential(&normal);
+        let in_reference = referential(&normal, gradient);
         let shrinking = safe(in_reference.norm_squared().sqrt()).recip();
         let line = normal.pushed_by(&inverse).to_tensor();
         let moved_metric = |p: R| {
             let multiplier = p * SQRT_3_HALVES;
-            if frobenius {
+            if self.rule == FlowRule::FrobeniusNormal {
                 // C_p⁻¹ ← exp(−2 Δγ dev Σ̃/‖dev Σ̃‖) C_p⁻¹
                 exponential(multiplier * -2.0 * shrinking, &in_reference, determinant).dot(&metric_old)
             } else {
@@ -338,10 +409,10 @@ impl PlasticMetric {
             }
         };
         let is_outside = |p: R| {
-            let stress = self.kirchhoff_stress(&in_space(&moved_metric(p)));
+            let stress = self.kirchhoff_stress_at(&moved_metric(p), gradient);
             let flow_stress = self.hardening.at(old.equivalent_plastic_strain + p).stress;
             // what is not a number is not admissible
-            yields & !equivalent_stress(&stress).le(flow_stress)
+            yields & !self.equivalent_stress(&stress, gradient).le(flow_stress)
         };
         let (mut low, mut high) = (zero, trial_equivalent * (3.0 * self.elasticity.shear_modulus()).recip());
         for _ in 0..MOST_DOUBLINGS {
@@ -363,11 +434,11 @@ impl PlasticMetric {
         let plastic_increment = R::select(flows, high, zero);
 
         let inverse_plastic_metric = select(flows, &moved_metric(plastic_increment), &metric_old);
-        let elastic_metric = in_space(&inverse_plastic_metric);
-        let kirchhoff = self.kirchhoff_stress(&elastic_metric);
+        let elastic_metric = in_space(&inverse_plastic_metric, gradient);
+        let kirchhoff = self.kirchhoff_stress_at(&inverse_plastic_metric, gradient);
         let nowhere = SymmetricTensor::spherical(R::splat(f64::INFINITY));
         // D_p = −½ sym(L_v b_e b_e⁻¹)
-        let lie = (elastic_metric - trial).to_tensor().dot(&elastic_metric.to_tensor().inverse());
+        let lie = (elastic_metric - trial).dot(&elastic_metric.inverse());
         Moved {
             yields,
             inverse_plastic_metric,
@@ -376,6 +447,18 @@ impl PlasticMetric {
             flow: (lie.symmetric_part() * R::splat(-0.5)).or_zero(flows),
         }
     }
+}
+
+/// F C_p⁻¹ Fᵀ.
+#[inline(always)]
+fn in_space<R: Real>(metric: &Tensor<R>, gradient: &Tensor<R>) -> Tensor<R> {
+    gradient.dot(&metric.dot(&gradient.transpose()))
+}
+
+/// Fᵀ A F⁻ᵀ.
+#[inline(always)]
+fn referential<R: Real>(tensor: &SymmetricTensor<R>, gradient: &Tensor<R>) -> Tensor<R> {
+    gradient.transpose_dot(&tensor.to_tensor().dot(&gradient.inverse().transpose()))
 }
 
 const SQRT_3_HALVES: f64 = 1.224_744_871_391_589;
@@ -436,10 +519,20 @@ impl Material for PlasticMetric {
         &self.elasticity
     }
 
-    /// 1/J: the moduli are those of the Kirchhoff stress.
+    /// The moduli are those of the Kirchhoff stress.
     #[inline(always)]
-    fn stiffening<R: Real>(&self, motion: &SpatialMotion<R>) -> Option<R> {
-        Some(motion.deformation_gradient.determinant().recip())
+    fn stiffening<R: Real>(&self, state: &PlasticMetricState<R>, motion: &SpatialMotion<R>) -> Option<R> {
+        let gradient = &motion.deformation_gradient;
+        let jacobian = gradient.determinant();
+        let kirchhoff = state.stress * jacobian;
+        let tangent = match self.energy {
+            ElasticEnergy::Hencky => logarithmic(&self.elasticity, &kirchhoff),
+            ElasticEnergy::NeoHooke => {
+                let elastic_metric = state.inverse_plastic_metric.symmetric_part().pushed_by(gradient);
+                neo_hooke(&self.elasticity, &kirchhoff, elastic_metric.trace() * (1.0 / 3.0))
+            }
+        };
+        Some(tangent.over_rest(&self.elasticity) / jacobian)
     }
 
     fn initial_state<R: Real>(&self) -> PlasticMetricState<R> {
@@ -468,7 +561,10 @@ impl Material for PlasticMetric {
             moved.inverse_plastic_metric = select(moved.yields & is_rounding, &cleared, &old.inverse_plastic_metric);
         }
         let stress = moved.kirchhoff * gradient.determinant().recip();
-        let dissipation = stress_power(&old.stress, &stress, &moved.flow);
+        let dissipation = match self.rule {
+            FlowRule::FrobeniusNormal => self.fall_of_energy(old, &moved.inverse_plastic_metric, motion),
+            _ => stress_power(&old.stress, &stress, &moved.flow).max(R::splat(0.0)),
+        };
         MaterialUpdate {
             state: PlasticMetricState {
                 inverse_plastic_metric: moved.inverse_plastic_metric,
@@ -476,7 +572,7 @@ impl Material for PlasticMetric {
                 stress,
             },
             internal_energy: stress_power(&old.stress, &stress, &motion.strain_increment),
-            plastic_dissipation: dissipation.max(R::splat(0.0)),
+            plastic_dissipation: dissipation,
         }
     }
 
@@ -495,9 +591,25 @@ impl Material for PlasticMetric {
         state.inverse_plastic_metric.inverse().symmetric_part()
     }
 
-    /// Φ = H/(3μ + H), to the order of the elastic strain.
-    fn hardening_index(&self, state: &PlasticMetricState<f64>) -> Option<f64> {
-        Some(radial_hardening_index(&self.elasticity, self.hardening.at(state.equivalent_plastic_strain).slope))
+    /// Φ = H/(3μ + H) with Hencky's energy, H/(3μ n² : b_e + H) with neo-Hooke's; none of a rule that is not consistent.
+    fn hardening_index(&self, state: &PlasticMetricState<f64>, gradient: &Tensor<f64>) -> Option<f64> {
+        let slope = self.hardening.at(state.equivalent_plastic_strain).slope;
+        let index = match self.energy {
+            ElasticEnergy::Hencky => radial_hardening_index(&self.elasticity, slope),
+            ElasticEnergy::NeoHooke => {
+                let elastic_metric = state.inverse_plastic_metric.symmetric_part().pushed_by(gradient);
+                slope / (elastic_slope(&self.elasticity, &elastic_metric) + slope)
+            }
+        };
+        self.rule.fault().is_none().then_some(index)
+    }
+
+    /// The rule's own equivalent stress.
+    fn yield_criterion(&self, state: &PlasticMetricState<f64>, motion: &SpatialMotion<f64>) -> Option<YieldCriterion> {
+        let gradient = &motion.deformation_gradient;
+        let trial = self.kirchhoff_stress_at(&state.inverse_plastic_metric, gradient);
+        let equivalent_stress = self.equivalent_stress(&trial, gradient);
+        YieldCriterion::under(&self.hardening, state.equivalent_plastic_strain, &(), equivalent_stress)
     }
 
     fn obstacle_to_elements(&self) -> Option<&'static str> {

@@ -4,7 +4,7 @@
 //! stretches of a test under uniaxial stress are found step by step.
 
 use crate::factors::{Factors, metric, strain};
-use crate::{Material, MaterialUpdate, Motion, PointGradients, PointState, StepKinematics, loading_normal};
+use crate::{Material, MaterialUpdate, Motion, PointGradients, PointState, StepKinematics};
 use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor};
 
 /// One material point with its history.
@@ -15,23 +15,39 @@ pub struct MaterialPoint<'a, M: Material, R: Real = f64> {
     rotation: Rotation<R>,
     deformation_gradient: Tensor<R>,
     stress: SymmetricTensor<R>,
-    rate_of_deformation: SymmetricTensor<R>,
     internal_energy: R,
     plastic_dissipation: R,
+    last: LastStep<M::State<R>, R>,
+}
+
+/// What the last step of a point began with, and how it moved.
+#[derive(Clone, Copy, Debug)]
+struct LastStep<S, R> {
+    state_old: S,
+    deformation_gradient_old: Tensor<R>,
+    kinematics: StepKinematics<R>,
+    /// s; 0 before the first step.
+    time_step: f64,
 }
 
 impl<'a, M: Material, R: Real> MaterialPoint<'a, M, R> {
     /// The undeformed point.
     pub fn new(material: &'a M) -> Self {
+        let (state, deformation_gradient) = (material.initial_state(), Tensor::identity());
         Self {
             material,
-            state: material.initial_state(),
+            state,
             rotation: Rotation::identity(),
-            deformation_gradient: Tensor::identity(),
+            deformation_gradient,
             stress: SymmetricTensor::zero(),
-            rate_of_deformation: SymmetricTensor::zero(),
             internal_energy: R::splat(0.0),
             plastic_dissipation: R::splat(0.0),
+            last: LastStep {
+                state_old: state,
+                deformation_gradient_old: deformation_gradient,
+                kinematics: StepKinematics::at_rest(deformation_gradient, Rotation::identity()),
+                time_step: 0.0,
+            },
         }
     }
 
@@ -43,19 +59,24 @@ impl<'a, M: Material, R: Real> MaterialPoint<'a, M, R> {
         let gradients = PointGradients { reference: Tensor::identity(), position: *target, velocity: rate };
         let rotation = Rotation::nearest(target, self.rotation);
         let (incremental_displacement_gradient, volume_half) = gradients.incremental_displacement_gradient(time_step);
-        self.rate_of_deformation = incremental_displacement_gradient.symmetric_part() * R::splat(time_step.recip());
-        let motion = M::Motion::new(&StepKinematics {
+        let kinematics = StepKinematics {
             incremental_displacement_gradient,
             deformation_gradient: *target,
             rotation_old: self.rotation,
             rotation_new: rotation,
-        });
-        let update = self.material.update(&self.state, &motion, time_step);
+        };
+        let update = self.material.update(&self.state, &M::Motion::new(&kinematics), time_step);
         let MaterialUpdate { state, internal_energy, plastic_dissipation } = update;
         // per reference volume: dV = J_{n+½} dV₀
         self.internal_energy += internal_energy * volume_half;
         self.plastic_dissipation += plastic_dissipation * volume_half;
         self.stress = self.material.cauchy_stress(&state, rotation);
+        self.last = LastStep {
+            state_old: self.state,
+            deformation_gradient_old: self.deformation_gradient,
+            kinematics,
+            time_step,
+        };
         self.state = state;
         self.rotation = rotation;
         self.deformation_gradient = *target;
@@ -305,6 +326,16 @@ impl<'a, M: Material> MaterialPoint<'a, M> {
         if is_finite { Ok(moved) } else { Err(PointError::NotFinite) }
     }
 
+    /// ĝ over the last step.
+    fn loading_index(&self) -> Option<f64> {
+        let LastStep { state_old, deformation_gradient_old, kinematics, time_step } = &self.last;
+        let at_rest = StepKinematics::at_rest(*deformation_gradient_old, kinematics.rotation_old);
+        let of = |motion| self.material.yield_criterion(state_old, &M::Motion::new(motion));
+        let (begun, predicted) = (of(&at_rest)?, of(kinematics)?);
+        let index = |time_step| predicted.loading_index(begun.equivalent_stress, time_step);
+        Some(if *time_step > 0.0 { index(*time_step) } else { 0.0 })
+    }
+
     /// What there is to tell of the point.
     pub fn observation(&self) -> Observation {
         let gradient = self.deformation_gradient;
@@ -321,9 +352,8 @@ impl<'a, M: Material> MaterialPoint<'a, M> {
             green_strain: strain(&right_metric),
             factors,
             equivalent_plastic_strain: self.equivalent_plastic_strain(),
-            hardening_index: self.material.hardening_index(&self.state),
-            loading_index: loading_normal(self.material.elasticity(), &self.stress)
-                .double_dot(&self.rate_of_deformation),
+            hardening_index: self.material.hardening_index(&self.state, &gradient),
+            loading_index: self.loading_index(),
             temperature: self.material.temperature(&self.state),
             plastic_dissipation: self.plastic_dissipation,
             internal_energy: self.internal_energy,
@@ -349,10 +379,11 @@ pub struct Observation {
     pub factors: Factors,
     /// ε̄ᵖ.
     pub equivalent_plastic_strain: f64,
-    /// Φ, where the material can flow.
+    /// Φ, where the material can flow and there is a closed form.
     pub hardening_index: Option<f64>,
-    /// ĝ = Γ : D of the E* theory, Pa²/s, at the stress and with the mean rate of deformation of the last step.
-    pub loading_index: f64,
+    /// ĝ, Pa²/s, the mean over the last step: see [`YieldCriterion`](crate::YieldCriterion). None where the material cannot
+    /// flow, or where more than it decides whether it does.
+    pub loading_index: Option<f64>,
     /// Temperature, K, where the material has one.
     pub temperature: Option<f64>,
     /// What plastic flow has dissipated, J per m³ of reference volume.

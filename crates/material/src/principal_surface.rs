@@ -20,7 +20,7 @@ use crate::closest_point::ClosestPoint;
 use crate::e_star::von_mises;
 use crate::hardening::{FlowStart, Hardening, IsotropicHardening};
 use crate::return_mapping::{Equivalent, RadialReturn, plastic_increment, radial_hardening_index};
-use crate::{IsotropicElasticity, PointState};
+use crate::{IsotropicElasticity, PointState, YieldCriterion};
 use estar_tensor::{Real, SymmetricTensor, array, inlined};
 
 /// A yield surface in principal values.
@@ -50,6 +50,15 @@ pub trait PrincipalSurface: Clone + Send + Sync + 'static {
         plastic_strain: f64,
         memory: &Self::Memory<f64>,
     ) -> f64;
+
+    /// See [`Material::yield_criterion`](crate::Material::yield_criterion); of the principal stresses σ₁ ≥ σ₂ ≥ σ₃ of a
+    /// predictor (Pa).
+    fn yield_criterion(
+        &self,
+        principal_stress: [f64; 3],
+        plastic_strain: f64,
+        memory: &Self::Memory<f64>,
+    ) -> Option<YieldCriterion>;
 
     /// See [`Hardening::heated`].
     #[inline(always)]
@@ -131,6 +140,17 @@ impl<H: Hardening> PrincipalSurface for VonMises<H> {
     ) -> f64 {
         let flow_stress = von_mises(&SymmetricTensor::diagonal(principal_stress).deviator());
         radial_hardening_index(elasticity, self.hardening.slope_of_flow(plastic_strain, memory, flow_stress))
+    }
+
+    /// √(3/2) ‖dev τ‖.
+    fn yield_criterion(
+        &self,
+        principal_stress: [f64; 3],
+        plastic_strain: f64,
+        memory: &H::Memory<f64>,
+    ) -> Option<YieldCriterion> {
+        let equivalent_stress = von_mises(&SymmetricTensor::diagonal(principal_stress).deviator());
+        YieldCriterion::under(&self.hardening, plastic_strain, memory, equivalent_stress)
     }
 
     #[inline(always)]
@@ -226,6 +246,11 @@ impl PrincipalSurface for Rankine {
         let slope = self.hardening.at(plastic_strain).slope;
         slope / (cut_modulus(elasticity, on_cut) + slope)
     }
+
+    /// τ₁.
+    fn yield_criterion(&self, principal_stress: [f64; 3], plastic_strain: f64, memory: &()) -> Option<YieldCriterion> {
+        YieldCriterion::under(&self.hardening, plastic_strain, memory, principal_stress[0])
+    }
 }
 
 impl PrincipalSurface for ClosestPoint {
@@ -263,5 +288,12 @@ impl PrincipalSurface for ClosestPoint {
     /// Perfectly plastic: 0.
     fn hardening_index(&self, _: &IsotropicElasticity, _: [f64; 3], _: f64, _: &()) -> f64 {
         0.0
+    }
+
+    /// f(τ) − f(0), which may reach −f(0).
+    fn yield_criterion(&self, principal_stress: [f64; 3], _: f64, _: &()) -> Option<YieldCriterion> {
+        let flow_stress = -self.yield_function([0.0; 3]);
+        let equivalent_stress = self.yield_function(principal_stress) + flow_stress;
+        Some(YieldCriterion { equivalent_stress, flow_stress })
     }
 }

@@ -5,8 +5,9 @@
 
 use estar_material::point::{Control, MaterialPoint, drive, follow};
 use estar_material::{
-    ClosestPoint, EStar, EStarTotal, ElasticConstant, GreenNaghdi, GreenNaghdiState, Hencky, IsotropicElasticity,
-    IsotropicHardening, KinematicHardening, Material, PrincipalSurface,
+    AdiabaticHeating, ClosestPoint, EStar, EStarTotal, ElasticConstant, GreenNaghdi, GreenNaghdiState, Hencky,
+    IsotropicElasticity, IsotropicHardening, JohnsonCook, JohnsonCookParameters, KinematicHardening, Material,
+    PrincipalSurface,
 };
 use estar_tensor::{Rotation, SymmetricTensor, Tensor};
 
@@ -453,6 +454,101 @@ fn armstrong_frederick_follows_its_exponential_and_saturates() {
     let [_, back_stress, stress] = kinematic_tension(rule, 1.6, 500);
     assert!((back_stress / (modulus / recovery) - 1.0).abs() < 1e-9);
     assert!((stress / (YIELD + modulus / recovery) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn e_star_heats_by_the_volume_more_than_theories_whose_kirchhoff_stress_yields() {
+    // a constant flow stress, heated by all of the dissipation
+    let parameters = JohnsonCookParameters {
+        a: YIELD,
+        b: 0.0,
+        n: 1.0,
+        c: 0.0,
+        m: 1.0,
+        reference_rate: 1.0,
+        reference_temperature: 1e6,
+        melting_temperature: 2e6,
+    };
+    let heating = AdiabaticHeating { specific_heat: 460.0, taylor_quinney: 1.0, initial_temperature: 0.0 };
+    let law = JohnsonCook::new(parameters).unwrap().with_heating(heating, &solid()).unwrap();
+    fn heated<M: Material>(material: &M, control: fn(f64) -> Control, stretch: f64) -> [f64; 2] {
+        let times: Vec<f64> = (0..=4000).map(|step| f64::from(step) / 4000.0).collect();
+        let path = |time: f64| control(1.0 + (stretch - 1.0) * time);
+        let point = follow(material, path, &times, |_, _| ()).unwrap();
+        [point.observation().temperature.unwrap(), point.deformation_gradient().determinant()]
+    }
+    let of = |control: fn(f64) -> Control, stretch: f64| {
+        let [rate, _] = heated(&EStar::new(solid(), law.clone(), ()), control, stretch);
+        let [total, volume] = heated(&EStarTotal::new(solid(), law.clone()), control, stretch);
+        let [hencky, _] = heated(&Hencky::von_mises(solid(), law.clone()), control, stretch);
+        [rate / hencky, total / hencky, volume]
+    };
+    // uniaxial strain: Δε̄ᵖ = ⅔ d ln J all the way, so that ∫ J dε̄ᵖ is (J − 1)/ln J times ∫ dε̄ᵖ
+    let [rate, total, volume] = of(Control::uniaxial_strain, 2.0);
+    assert_eq!(volume, 2.0);
+    assert!((rate * 2_f64.ln() - 1.0).abs() < 3e-3 && (total * 2_f64.ln() - 1.0).abs() < 3e-3, "{rate} {total}");
+    // tension: J stays what the elastic strain makes it, e^{(1 − 2ν) σ/E}; the strain at yield differs by (σ/E)²
+    let [rate, total, volume] = of(Control::uniaxial_stress, 2.0);
+    let tolerance = 2.0 * (YIELD / YOUNG).powi(2) / 2_f64.ln();
+    assert!([rate, total].iter().all(|ratio| (ratio / volume - 1.0).abs() < tolerance), "{rate} {total} {volume}");
+}
+
+/// Perfect plasticity of 200 MPa with a back stress that saturates at C/γ = 200 MPa.
+fn saturating() -> EStar<KinematicHardening, IsotropicHardening> {
+    let constants = (ElasticConstant::YoungModulus(YOUNG), ElasticConstant::PoissonRatio(0.3));
+    let solid = IsotropicElasticity::new(7850.0, constants.0, constants.1).unwrap();
+    let rule = KinematicHardening::armstrong_frederick(40e9, 200.0).unwrap();
+    EStar::new(solid, IsotropicHardening::perfect(200e6).unwrap(), rule)
+}
+
+#[test]
+fn a_saturated_back_stress_dissipates_all_work() {
+    // p = Δε̄ᵖ to ln λ = 1: σ₀ p + (C/γ) (p − 2 (1 − e^{−γp})/γ + (1 − e^{−2γp})/2γ), 3.98·10⁸ J/m³
+    let (stress, recovery, p) = (200e6, 200.0_f64, 1.0 - 400e6 / YOUNG);
+    let fading = |factor: f64| (1.0 - (-factor * recovery * p).exp()) / (factor * recovery);
+    let dissipation = stress * p + stress * (p - 2.0 * fading(1.0) + fading(2.0));
+    let times: Vec<f64> = (0..=5000).map(|step| f64::from(step) / 5000.0).collect();
+    let material = saturating();
+    let point = follow(&material, |time| Control::uniaxial_stress(time.exp()), &times, |_, _| ()).unwrap();
+    // J = e^{(1 − 2ν) σ/E}
+    let volume = (0.4 * 400e6 / YOUNG).exp();
+    let found = point.plastic_dissipation() / (volume * dissipation) - 1.0;
+    assert!((dissipation / 3.98e8 - 1.0).abs() < 1e-3 && found.abs() < 1e-4, "{dissipation:e} {found}");
+    // what is left of the work is stored: σ²/2E and α²/2C of the uniaxial α = C/γ
+    let stored = point.internal_energy() - point.plastic_dissipation();
+    let expected = volume * (0.5 * 400e6_f64.powi(2) / YOUNG + 0.5 * stress.powi(2) / 40e9);
+    assert!((stored / expected - 1.0).abs() < 2e-3, "{stored:e} {expected:e}");
+}
+
+#[test]
+fn a_stable_closed_cycle_dissipates_all_its_work() {
+    // between ln λ = ±0.02: plastic strain Δ = 0.04 − 2 (σ₀ + α)/E a half cycle, α = (C/γ) tanh ½γΔ, and the work of a
+    // cycle is 2 ((σ₀ + C/γ) Δ − 2 α/γ), 2.480·10⁷ J/m³
+    let mut alpha: f64 = 200e6;
+    let plastic = |alpha: f64| 0.04 - 2.0 * (200e6 + alpha) / YOUNG;
+    for _ in 0..50 {
+        alpha = 200e6 * (100.0 * plastic(alpha)).tanh();
+    }
+    let work = 2.0 * (400e6 * plastic(alpha) - 2.0 * alpha / 200.0);
+    assert!((work / 2.480e7 - 1.0).abs() < 1e-3, "{work:e}");
+    // to 0.02, then back and forth in 2 s each
+    let strain = |time: f64| 0.02 * if time < 1.0 { time } else { ((time - 1.0) % 4.0 - 2.0).abs() - 1.0 };
+    let times: Vec<f64> = (0..=21_000).map(|step| f64::from(step) * 1e-3).collect();
+    let material = saturating();
+    let mut energies = Vec::new();
+    follow(
+        &material,
+        |time| Control::uniaxial_stress(strain(time).exp()),
+        &times,
+        |_, point| {
+            energies.push([point.internal_energy(), point.plastic_dissipation()]);
+        },
+    )
+    .unwrap();
+    // from the fifth peak to the sixth
+    let [input, dissipated] = [0, 1].map(|index| energies[20_999][index] - energies[16_999][index]);
+    assert!((dissipated / input - 1.0).abs() < 1e-6, "{input:e} {dissipated:e}");
+    assert!((input / work - 1.0).abs() < 2e-3, "{input:e} {work:e}");
 }
 
 #[test]

@@ -19,7 +19,7 @@ pub enum Column {
     EquivalentPlasticStrain,
     /// Φ where the material flows.
     HardeningIndex,
-    /// ĝ = Γ : D, Pa²/s, of a material that can flow.
+    /// ĝ, Pa²/s, of a material that can flow.
     LoadingIndex,
     /// What plastic flow has dissipated, J per m³ of reference volume.
     Dissipation,
@@ -162,7 +162,7 @@ impl Column {
             }
             Self::EquivalentPlasticStrain => seen.equivalent_plastic_strain,
             Self::HardeningIndex => return seen.hardening_index.filter(|_| row.flows),
-            Self::LoadingIndex => return seen.hardening_index.map(|_| seen.loading_index),
+            Self::LoadingIndex => return seen.loading_index,
             Self::Dissipation => seen.plastic_dissipation,
             Self::InternalEnergy => seen.internal_energy,
             Self::PlasticDeterminant => seen.plastic_determinant,
