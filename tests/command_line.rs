@@ -236,6 +236,9 @@ fn contradictory_constraints_are_told_with_both_places() {
     nothing.assert(2, &["`fix.directions` is empty"]);
     let jump = workshop.run(&pull("y_min", "0.1").replace("[0, 0]", "[0, 0.1]"), &[]);
     jump.assert(2, &["jumps to 0.1 m at time 0"]);
+    // the noise of a gauge is no jump
+    let noise = workshop.run(&pull("y_min", "1e-4").replace("[0, 0]", "[0, -3.7e-9]"), &[]);
+    noise.assert(0, &["`prescribed.curve` begins with -3.7e-9 m, which is taken as 0", "the first point"]);
 }
 
 #[test]

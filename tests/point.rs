@@ -3,6 +3,8 @@
 //! Loading: the shipped decks of `meshes/point`. Source: de Vera 2016, sections 6.5 and 7.5; Xiao, Bruhns & Meyers 1997.
 
 use estar::deck;
+use estar_material::point::Control;
+use estar_tensor::Tensor;
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -118,6 +120,58 @@ fn uniaxial_tension_gives_the_figures_of_the_dissertation() {
     close(table.value("T11", "driven", -0.2), -260e6, 1.0);
     close(table.value("Es11", "driven", -0.2), -0.0013, 1e-9);
     close(table.value("T22", "driven", -0.2), 0.0, 30.0);
+}
+
+/// A deck of one material on a path; the material's keys behind its elastic constants, those of the path.
+fn one_material(keys: &str, path: &str) -> String {
+    format!(
+        "[material.m]\ndensity = 7850.0\nyoung_modulus = \"200 GPa\"\npoisson_ratio = 0.3\n{keys}\n[path]\n{path}\n"
+    )
+}
+
+#[test]
+fn dynamic_recovery_is_dissipated() {
+    let keys = "theory = \"e-star\"\nhardening = { law = \"perfect\", yield_stress = \"200 MPa\" }\nkinematic = { law = \
+                \"armstrong-frederick\", modulus = \"40 GPa\", recovery = 200.0 }";
+    let path = "kind = \"uniaxial-stress\"\nmeasure = \"logarithmic\"\ncurve = [[0.0, 0.0], [1.0, 1.0]]\nsteps = 5000\nevery = 50";
+    let directory = tempfile::tempdir().unwrap();
+    let deck = directory.path().join("deck.toml");
+    fs::write(&deck, one_material(keys, path)).unwrap();
+    let (output, _, table) = point(&deck, &[]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    // 3.98·10⁸ J/m³: crates/material/tests/closed_forms.rs has the closed form
+    let dissipation = table.value("dissipation", "driven", 1.0);
+    assert!((dissipation / 3.98e8 - 1.0).abs() < 1e-3, "{dissipation:e}");
+}
+
+#[test]
+fn indices_are_those_of_the_theory_or_empty() {
+    // to and fro, from the third row on all but a few rows flow
+    let path = "kind = \"uniaxial-strain\"\nmeasure = \"logarithmic\"\ncurve = [[0, 0], [1, 0.05], [3, -0.05], [4, 0]]\nsteps = 400";
+    let perfect = "hardening = { law = \"perfect\", yield_stress = \"200 MPa\" }";
+    let theories = [
+        format!("theory = \"e-star\"\n{perfect}\nkinematic = {{ law = \"prager\", modulus = \"20 GPa\" }}"),
+        format!("theory = \"green-naghdi\"\n{perfect}"),
+        format!("theory = \"hencky\"\nyield_surface = {{ kind = \"rankine\" }}\n{perfect}"),
+        "theory = \"hencky\"\nyield_surface = { kind = \"drucker-prager\", friction_angle = \"30 deg\", cohesion = \"1 MPa\" }".to_owned(),
+        "theory = \"hencky\"\nyield_surface = { kind = \"mohr-coulomb\", friction_angle = \"30 deg\", cohesion = \"1 MPa\" }".to_owned(),
+        format!("theory = \"plastic-metric\"\nflow_rule = \"simo-hughes\"\n{perfect}"),
+    ];
+    for keys in theories {
+        let directory = tempfile::tempdir().unwrap();
+        let deck = directory.path().join("deck.toml");
+        fs::write(&deck, one_material(&keys, path)).unwrap();
+        let (output, _, table) = point(&deck, &[]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let [strain, loading, hardening] =
+            ["equivalent_plastic_strain", "loading_index", "hardening_index"].map(|name| table.column(name));
+        let flowing: Vec<usize> = (1..strain.len()).filter(|row| strain[*row] > strain[row - 1]).collect();
+        assert!(flowing.len() > 50, "{keys}: {}", flowing.len());
+        for row in flowing {
+            assert!(loading[row] > 0.0, "{keys}: row {row} flows at {}", loading[row]);
+            assert!(hardening[row] >= 0.0 || keys.contains("simo-hughes"), "{keys}: {}", hardening[row]);
+        }
+    }
 }
 
 #[test]
@@ -293,6 +347,26 @@ fn curves_must_be_those_of_a_body_that_begins_undeformed() {
     let shear = GOOD.replace("uniaxial-stress", "simple-shear").replace("measure = \"logarithmic\"\n", "");
     assert_eq!(told(&shear), "");
     assert_told(&told(&shear.replace("[[0.0, 0.0]", "[[0.0, 0.1]")), &["begins with 0.1"]);
+    // the noise of a gauge is undeformed
+    let taken = |text: &str| {
+        let reading = deck::read_point(Path::new("deck.toml"), text, &[]);
+        let control = reading.deck.unwrap().path.control(0.0);
+        assert_eq!(
+            format!("{control:?}"),
+            format!("{:?}", Control::deformation_gradient(Tensor::identity())),
+            "{text}"
+        );
+        reading.decoder.diagnostics.render(&reading.sources, false)
+    };
+    let parts = ["warning: `path.curve` begins with 3.7e-9, which is taken as 0.0, the undeformed state", "1 warning"];
+    assert_told(&taken(&shear.replace("[[0.0, 0.0]", "[[0.0, 3.7e-9]")), &parts);
+    let stretch = GOOD.replace("logarithmic", "stretch").replace(CURVE, "curve = [[0, 1.000001], [1, 0.98]]");
+    let stretch = stretch.replace("uniaxial-stress", "uniaxial-strain");
+    assert_told(&taken(&stretch), &["begins with 1.000001, which is taken as 1.0"]);
+    assert_told(
+        &told(&stretch.replace("0.98", "0.9999")),
+        &["begins with 1.000001, which is not the undeformed state"],
+    );
 }
 
 #[test]
@@ -307,6 +381,10 @@ fn rows_of_deformation_gradients_are_checked_one_by_one() {
     assert_told(
         &rows("[[0, 1, 0, 0, 0, 1, 0, 0, 0, 2], [1, 1, 0, 0, 0, 1, 0, 0, 0, 1]]"),
         &["must be the undeformed state"],
+    );
+    assert_told(
+        &rows("[[0, 1, 0, 0, 0, 1, 0, 0, 0, 1.000003], [1, 1.1, 0, 0, 0, 1, 0, 0, 0, 1]]"),
+        &["warning: `path.curve` begins with F11 = 1.0 to F33 = 1.000003, which is taken as the undeformed state"],
     );
     assert_told(&rows(&format!("[{identity}, [1, 2, 3]]")), &["has 3 numbers, not 10", "F31, F32, F33"]);
     assert_told(&rows(&format!("[{identity}, 5]")), &["is no list"]);
@@ -438,7 +516,11 @@ const PULLED: &str =
 
 #[test]
 fn verdicts_on_flow_rules_are_written_for_programs() {
-    let (output, kept, _) = point(&shipped("flow-rules.toml"), &[]);
+    let (output, kept, table) = point(&shipped("flow-rules.toml"), &[]);
+    // of the invariants of C C_p⁻¹; that of the symmetric part of C_p⁻¹ would be -1983 MPa
+    let last = |name: &str| *table.column(&format!("frobenius_normal.{name}")).last().unwrap();
+    let mean = (last("T11") + last("T22") + last("T33")) / 3.0;
+    assert!((mean + 537.4e6).abs() < 0.5e6, "{mean:e}");
     let text = fs::read_to_string(kept.path().join("consistency.json")).unwrap();
     let verdicts: serde_json::Value = serde_json::from_str(&text).unwrap();
     let verdicts = verdicts.as_array().unwrap();

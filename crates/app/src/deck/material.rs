@@ -35,7 +35,8 @@ deck_table! {
         lame_lambda: Quantity<Stress> = optional,
         /// Specific heat c; needed by the law `johnson-cook`, whose flow heats.
         specific_heat: Quantity<Positive<SpecificHeat>> = optional,
-        /// Share of the plastic dissipation that heats, of Taylor and Quinney; 0.9 unless given. For `johnson-cook`.
+        /// Share of the plastic dissipation that heats, of Taylor and Quinney; 0.9 unless given. For `johnson-cook`. In `e-star` the
+        /// Cauchy stress yields, which heats J times as much as the Kirchhoff stress of `hencky` and of codes that yield in it.
         taylor_quinney: Quantity<Share> = optional,
         /// Temperature at time 0; the law's `reference_temperature` unless given. For `johnson-cook`.
         initial_temperature: Quantity<NotNegative<Temperature>> = optional,

@@ -5,8 +5,8 @@ use super::macros::{deck_choice, deck_table, deck_variants};
 use super::schema::{Choice, Schema};
 use super::tree::{Node, Value};
 use super::values::{
-    Acceleration, GroupName, Length, MaterialName, MeshFile, NewWallName, NotNegative, Number, OfElements, OfFaces,
-    OfNodes, Positive, Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
+    Acceleration, Displacement, GroupName, Length, MaterialName, MeshFile, NewWallName, NotNegative, Number,
+    OfElements, OfFaces, OfNodes, Positive, Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
 };
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use estar_material::MaterialModel;
@@ -221,8 +221,9 @@ deck_variants! {
     pub enum Motion by quantity {
         /// Displacement from the first position.
         Displacement = "displacement" {
-            /// Points [time, displacement], times increasing; constant before the first and after the last.
-            curve: TimePoints<Length> = required,
+            /// Points [time, displacement], times increasing, from 0 on (up to 1e-4 of the largest is taken as 0); constant before
+            /// the first and after the last.
+            curve: TimePoints<Displacement> = required,
         }
         /// Velocity.
         Velocity = "velocity" {

@@ -5,7 +5,7 @@ use super::macros::{deck_choice, deck_table, deck_variants};
 use super::material::{HEATING_KEYS, MaterialTable};
 use super::schema::{Choice, Schema};
 use super::tree::{Entry, Node, Table, Value};
-use super::values::{Count, MaterialName, Materials, Number, Quantity, Time, TimePoints};
+use super::values::{Count, MaterialName, Materials, NEGLIGIBLE, Number, Quantity, Time, TimePoints, begins_with};
 use crate::diagnostics::{Diagnostic, Span, listed, nearest};
 use crate::point::column::Column;
 use crate::point::path::Path;
@@ -172,6 +172,24 @@ impl FromDeck for GradientRows {
             decoder.report(Diagnostic::error(message).at(node.span, format!("rows {ROW}")));
             return None;
         }
+        let identity = Tensor::<f64>::identity();
+        let distance = |row: &GradientRow| (row.gradient - identity).norm_squared().sqrt();
+        let largest = rows.iter().map(distance).fold(0.0, f64::max);
+        if let (true, Some(first)) = (is_good, rows.first_mut())
+            && first.gradient != identity
+        {
+            if distance(first) > NEGLIGIBLE * largest {
+                let message =
+                    format!("a row of `{}` must be the undeformed state, for it is the first", decoder.place());
+                let label = "1, 0, 0, 0, 1, 0, 0, 0, 1 is needed";
+                decoder.report(Diagnostic::error(message).at(list[0].span, label));
+                return None;
+            }
+            let given = format!("F11 = {:?} to F33 = {:?}", first.gradient.at(0, 0), first.gradient.at(2, 2));
+            let warning = begins_with(&decoder.place(), &given, "the undeformed state");
+            decoder.report(warning.at(list[0].span, "the first row"));
+            first.gradient = identity;
+        }
         is_good.then_some(Self(rows))
     }
 }
@@ -198,11 +216,6 @@ fn gradient_row(node: &Node, last: Option<&GradientRow>, wanted: &str, decoder: 
         Some(last) if time <= last.time => {
             fault("is not later than the one before", format!("{time:?} s is not after {:?} s", last.time), decoder)
         }
-        None if gradient != Tensor::identity() => fault(
-            "must be the undeformed state, for it is the first",
-            "1, 0, 0, 0, 1, 0, 0, 0, 1 is needed".into(),
-            decoder,
-        ),
         _ if !(gradient.determinant() > 0.0 && gradient.determinant().is_finite()) => {
             fault("deforms no body", format!("det F = {:.4e} is not a number above 0", gradient.determinant()), decoder)
         }

@@ -19,7 +19,12 @@ pub trait Measure {
     const INTERVAL: Interval = Interval::ALL;
     /// Whether it is an angle. A plain number that is not 0 could be degrees, and is refused.
     const IS_ANGLE: bool = false;
+    /// Whether a curve of it begins with 0: then a first value that is [`NEGLIGIBLE`] is taken as 0, and said so.
+    const BEGINS_WITH_ZERO: bool = false;
 }
+
+/// A first value so small beside the largest of its curve is the noise of a gauge or of a conversion.
+pub const NEGLIGIBLE: f64 = 1e-4;
 
 macro_rules! measures {
     ($( $(#[$doc:meta])* $name:ident = $dimension:ident; )*) => { $(
@@ -82,6 +87,15 @@ pub struct Angle;
 impl Measure for Angle {
     const DIMENSION: Dimension = Dimension::NUMBER;
     const IS_ANGLE: bool = true;
+}
+
+/// A displacement from the first position, m.
+#[derive(Clone, Copy, Debug)]
+pub struct Displacement;
+
+impl Measure for Displacement {
+    const DIMENSION: Dimension = Dimension::LENGTH;
+    const BEGINS_WITH_ZERO: bool = true;
 }
 
 /// A number that Poisson's ratio of a stable solid can be.
@@ -306,6 +320,19 @@ impl<M: Measure> TimePoints<M> {
     pub fn curve(&self, interpolation: Interpolation) -> Result<Curve, CurveError> {
         Curve::new(self.points.clone(), interpolation)
     }
+
+    /// The same points, the first with another value.
+    pub fn beginning_with(&self, value: f64) -> Self {
+        let mut points = self.points.clone();
+        points.iter_mut().take(1).for_each(|point| point[1] = value);
+        Self { points, measure: PhantomData }
+    }
+}
+
+/// A warning that a curve is taken to begin with `taken`, not with `given`.
+pub fn begins_with(place: &str, given: &str, taken: &str) -> Diagnostic {
+    let message = format!("`{place}` begins with {given}, which is taken as {taken}");
+    Diagnostic::warning(message).help(format!("it is at most {NEGLIGIBLE:?} of the most that the curve reaches"))
 }
 
 impl<M: Measure> FromDeck for TimePoints<M> {
@@ -327,7 +354,16 @@ impl<M: Measure> FromDeck for TimePoints<M> {
             decoder.report(Diagnostic::error(format!("`{}`: {error}", decoder.place())).at(span, "here"));
             return None;
         }
-        Some(Self { points, measure: PhantomData })
+        let read = Self { points, measure: PhantomData };
+        let largest = read.points.iter().fold(0.0_f64, |largest, point| largest.max(point[1].abs()));
+        let first = read.points[0][1];
+        if M::BEGINS_WITH_ZERO && first != 0.0 && first.abs() <= NEGLIGIBLE * largest {
+            let span = if let Value::List(list) = &node.value { list[0].span } else { node.span };
+            let warning = begins_with(&decoder.place(), &format!("{first:?} m"), "0");
+            decoder.report(warning.at(span, "the first point"));
+            return Some(read.beginning_with(0.0));
+        }
+        Some(read)
     }
 }
 

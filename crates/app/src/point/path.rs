@@ -3,7 +3,7 @@
 use super::column::Driven;
 use crate::deck::decoder::{At, Decoder};
 use crate::deck::point::{GradientRow, PathKind, PathTable};
-use crate::deck::values::{Number, TimePoints};
+use crate::deck::values::{NEGLIGIBLE, Number, TimePoints, begins_with};
 use crate::diagnostics::Diagnostic;
 use estar_material::point::{Control, StretchMeasure};
 use estar_solver::{Curve, Interpolation};
@@ -35,17 +35,16 @@ impl Path {
     pub fn new(table: &PathTable, decoder: &mut Decoder) -> Option<Self> {
         use PathKind::{DeformationGradient, PlaneStrainTension, SimpleShear, UniaxialStrain, UniaxialStress};
         let mut stretched = |curve: &At<TimePoints<Number>>, measure: StretchMeasure, control| {
-            let is_unity = |value| measure.stretch(value).is_some_and(|stretch: f64| (stretch - 1.0).abs() < 1e-12);
-            let curve = checked(curve, is_unity, |value| measure.stretch(value).is_some(), decoder)?;
+            let strain = |value| measure.stretch(value).map(|stretch: f64| stretch - 1.0);
+            let undeformed = if measure == StretchMeasure::Stretch { 1.0 } else { 0.0 };
+            let curve = checked(curve, undeformed, strain, decoder)?;
             Some(Motion::Stretched { curve, measure, control })
         };
         let motion = match &table.kind {
             UniaxialStress { measure, curve } => stretched(curve, *measure, Control::uniaxial_stress),
             UniaxialStrain { measure, curve } => stretched(curve, *measure, Control::uniaxial_strain),
             PlaneStrainTension { measure, curve } => stretched(curve, *measure, Control::plane_strain_tension),
-            SimpleShear { curve, .. } => {
-                checked(curve, |shear| shear == 0.0, |_| true, decoder).map(|curve| Motion::Sheared { curve })
-            }
+            SimpleShear { curve, .. } => checked(curve, 0.0, Some, decoder).map(|curve| Motion::Sheared { curve }),
             DeformationGradient { curve } => Some(Motion::Given(curve.0.clone())),
         };
         let (steps, every) = (table.steps.value.0, table.every.0);
@@ -101,21 +100,23 @@ impl Path {
     }
 }
 
-/// The curve through the points of a path, if they are values that the measure has and begin with the undeformed state.
+/// The curve through the points of a path, if all have a `strain` and the first is the value `undeformed`, or nearly so.
 fn checked(
     points: &At<TimePoints<Number>>,
-    is_undeformed: impl Fn(f64) -> bool,
-    is_allowed: impl Fn(f64) -> bool,
+    undeformed: f64,
+    strain: impl Fn(f64) -> Option<f64>,
     decoder: &mut Decoder,
 ) -> Option<Curve> {
     let curve = points.value.curve(Interpolation::Linear).ok()?;
     let times = curve.times();
     let value = |index: usize| curve.value(times[index]);
+    let strains: Vec<Option<f64>> = (0..times.len()).map(|index| strain(value(index))).collect();
+    let largest = strains.iter().flatten().fold(0.0_f64, |largest, strain| largest.max(strain.abs()));
     let fault = if times.len() < 2 {
         Some("`path.curve` needs two points at least".to_owned())
-    } else if let Some(index) = (0..times.len()).find(|index| !is_allowed(value(*index))) {
+    } else if let Some(index) = strains.iter().position(Option::is_none) {
         Some(format!("point {} of `path.curve` has {:?}, which no stretch above 0 has", index + 1, value(index)))
-    } else if !is_undeformed(value(0)) {
+    } else if strains[0].is_some_and(|first| first.abs() > NEGLIGIBLE * largest) {
         Some(format!("`path.curve` begins with {:?}, which is not the undeformed state", value(0)))
     } else {
         None
@@ -126,7 +127,13 @@ fn checked(
         decoder.report(Diagnostic::error(fault).at(points.span, "this curve").help(help));
         return None;
     }
-    Some(curve)
+    if value(0) == undeformed {
+        return Some(curve);
+    }
+    let warning =
+        begins_with("path.curve", &format!("{:?}", value(0)), &format!("{undeformed:?}, the undeformed state"));
+    decoder.report(warning.at(points.span, "this curve"));
+    points.value.beginning_with(undeformed).curve(Interpolation::Linear).ok()
 }
 
 /// The ends of `steps` steps, about: each piece between two corners has its share by its duration, one step at least.
