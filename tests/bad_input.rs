@@ -203,6 +203,27 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     input.addition("damping that is chosen twice", "", settings, 2, "chooses the damping itself");
     input.addition("threads that no machine has", "", &["--threads", "100000"], 2, "4096");
 
+    input.section("What is probably not meant");
+    // the second layer of hexes has nodes of its own
+    let apart = replaced(
+        &input.mesh,
+        &[
+            ("1 27 1 27 \n3 1 0 27 \n", "1 31 1 31 \n3 1 0 31 \n28 \n29 \n30 \n31 \n"),
+            ("\n0.0 0.0 0.0 \n", "\n0.5 0.5 0.5 \n1.0 0.5 0.5 \n0.5 1.0 0.5 \n1.0 1.0 0.5 \n0.0 0.0 0.0 \n"),
+            ("8 14 15 18 17 23 24 27 26", "8 28 29 31 30 23 24 27 26"),
+        ],
+    );
+    input.answer("nodes at one place that are not joined", DECK, apart.as_bytes(), &[], 0, "4 nodes lie exactly");
+    let merge = replaced(DECK, &[("file = \"box.msh\"", "file = \"box.msh\"\nmerge = \"0.6 m\"")]);
+    input.answer("merge of nodes that are no closer than others", &merge, mesh.as_bytes(), &[], 2, "would make one");
+    let dense = replaced(DECK, &[("1000.0", "\"8.93 g/mm^3\"")]);
+    input.answer("unit of another density", &dense, mesh.as_bytes(), &[], 0, "g/cm^3");
+    let rod = ["mesh", "box", "--ascii", "--output", "rod.msh", "--size", "6.4", "6.4", "32.4", "--cells", "2", "2", "10"];
+    input.workshop.estar(&rod).assert(0, &[]);
+    let (rod, short) = (input.workshop.read("rod.msh"), replaced(DECK, &[("20 ms", "80 us")]));
+    input.answer("mesh in mm without a scale", &short, rod.as_bytes(), &[], 0, "sound goes through");
+    input.addition("time in seconds", "", &["--set", "time.end=1e6", "--stop-at-step", "2"], 0, "steps of");
+
     input.section("Run");
     let crush = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"x\"]\n[[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\n\
                  quantity = \"displacement\"\ncurve = [[0, 0], [\"20 ms\", -3]]\n";

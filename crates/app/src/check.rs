@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::fields::Field;
 use crate::format::{bytes, count, duration, prefixed};
 use crate::memory;
+use crate::plausibility;
 use crate::run::{announcement, machine};
 use crate::setup::{self, LoadError, Problem};
 use crate::summary::MeshSummary;
@@ -104,7 +105,7 @@ struct Controlling {
 pub fn check(options: &CheckOptions) -> Result<(), Failure> {
     let (pool, lanes) = machine(options.threads, options.lanes)?;
     pool.install(|| match setup::load(&options.deck, &options.overrides) {
-        Ok(problem) => forecast(&problem, options, lanes),
+        Ok(mut problem) => forecast(&mut problem, options, lanes),
         Err(error) => {
             if options.json {
                 print_json(&Report { findings: findings_of(&error), ..Report::default() })?;
@@ -126,7 +127,7 @@ fn print_json(report: &Report) -> Result<(), Failure> {
     print(&text)
 }
 
-fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Result<(), Failure> {
+fn forecast(problem: &mut Problem, options: &CheckOptions, lanes: LaneLevel) -> Result<(), Failure> {
     let memory_left_bytes = memory::available().map(|left| left as f64);
     let mut simulation = setup::simulation(problem, lanes).inspect_err(|failure| {
         if options.json {
@@ -134,6 +135,8 @@ fn forecast(problem: &Problem, options: &CheckOptions, lanes: LaneLevel) -> Resu
             let _ = print_json(&Report { findings, ..Report::default() });
         }
     })?;
+    problem.findings.diagnostics.extend(plausibility::doubt_about_steps(&simulation));
+    let problem = &*problem;
     let introduction = announcement(problem, &simulation, rayon::current_num_threads(), lanes);
     let initial_time_step = simulation.time_step();
     let controlling_elements = controlling_elements(problem, &simulation);

@@ -3,9 +3,11 @@
 //! [`deck`] reads what a user wrote, [`setup`] makes a problem of it and of the mesh, [`run`] runs it.
 
 pub mod bench;
+pub mod bodies;
 pub mod check;
 pub mod checkpoint;
 pub mod cli;
+pub mod conformity;
 pub mod console;
 pub mod constraints;
 pub mod curves;
@@ -24,6 +26,8 @@ pub mod lock;
 pub mod memory;
 pub mod mesh_command;
 pub mod output;
+pub mod passing;
+pub mod plausibility;
 pub mod plot;
 pub mod plot_command;
 pub mod point;

@@ -1,5 +1,7 @@
 //! `estar mesh`: structured meshes, and what is in a mesh file.
 
+use crate::bodies::Bodies;
+use crate::conformity;
 use crate::console::{print, tell};
 use crate::deck::units::{self, Dimension};
 use crate::failure::Failure;
@@ -7,12 +9,13 @@ use crate::format;
 use crate::memory;
 use clap::{Args, Subcommand};
 use estar_io::{Field, FieldData, Frame, Grid, MeshFile, WriteError, write_frame_file};
+use estar_mesh::conformity::Conformity;
 use estar_mesh::generate::{
     BoxSpec, CylinderParameters, CylinderSpec, NeckingBarParameters, NeckingBarSpec, Section, SpecError, box_mesh,
     cut_into, cylinder, necking_bar,
 };
 use estar_mesh::quality::QualityReport;
-use estar_mesh::{Group, GroupKind, Mesh, Shape};
+use estar_mesh::{Connectivity, Group, GroupKind, Mesh, Shape};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -309,6 +312,20 @@ fn info(file: &Path) -> Result<(), Failure> {
     let _ = write!(text, "  quality: {}", quality.summary());
     for warning in &read.warnings {
         let _ = writeln!(text, "  warning: {warning}");
+    }
+    // what makes a mesh unusable comes first
+    if quality.errors().is_empty() {
+        let connectivity = Connectivity::new(mesh);
+        let count = connectivity.bodies.len();
+        if count > 1 {
+            let parts: [&[u32]; 0] = [];
+            let all: Vec<usize> = (0..count).collect();
+            let listed = Bodies::new(&connectivity, parts, []).listed(&all, "");
+            let _ = writeln!(text, "  {count} bodies that share no nodes: {listed}");
+        }
+        for doubt in conformity::doubts(&Conformity::new(mesh, &connectivity), "") {
+            let _ = writeln!(text, "  warning: {}\n    help: {}", doubt.message, doubt.help);
+        }
     }
     const MOST_SHOWN: usize = 20;
     for error in quality.errors().iter().take(MOST_SHOWN) {

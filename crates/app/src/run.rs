@@ -12,6 +12,8 @@ use crate::inversion::{self, Approach, Neighbourhood};
 use crate::judgement;
 use crate::lock::Lock;
 use crate::output::{Schedule, clear_directory, default_directory, make_directory};
+use crate::passing::Passing;
+use crate::plausibility;
 use crate::progress::{EarlierLegs, Progress};
 use crate::quasi_static::MOST_KINETIC;
 use crate::setup::{self, Problem};
@@ -71,7 +73,6 @@ pub fn run(options: &RunOptions) -> Result<(), Failure> {
     pool.install(|| {
         let problem = setup::load(&options.deck, &options.overrides);
         let problem = problem.map_err(|error| error.into_failure(is_coloured()))?;
-        tell(&problem.findings.render(is_coloured()));
         run_problem(problem, options, lanes)
     })
 }
@@ -89,8 +90,12 @@ pub fn machine(threads: Option<usize>, lanes: Option<LaneLevel>) -> Result<(rayo
     Ok((pool.map_err(|error| Failure::Input(format!("error: cannot start the threads: {error}")))?, lanes))
 }
 
-fn run_problem(problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Result<(), Failure> {
-    let mut simulation = setup::simulation(&problem, lanes)?;
+fn run_problem(mut problem: Problem, options: &RunOptions, lanes: LaneLevel) -> Result<(), Failure> {
+    let simulation = setup::simulation(&problem, lanes);
+    let of_steps = simulation.as_ref().ok().and_then(plausibility::doubt_about_steps);
+    problem.findings.diagnostics.extend(of_steps);
+    tell(&problem.findings.render(is_coloured()));
+    let mut simulation = simulation?;
     let directory = options.output.clone().unwrap_or_else(|| default_directory(&options.deck));
     let identity = Identity::of(&problem);
     make_directory(&directory)?;
@@ -152,6 +157,7 @@ struct Run<'a> {
     last_row: Option<u64>,
     jacobians: Vec<(u64, f64)>,
     approach: Approach,
+    passing: Passing,
     initial_time_step: f64,
     identity: Identity,
     /// When the next checkpoint falls due.
@@ -197,6 +203,7 @@ impl<'a> Run<'a> {
             last_row: bookmark.last_row,
             jacobians: bookmark.jacobians.iter().map(|(step, jacobian)| (*step, f64::from(*jacobian))).collect(),
             approach: bookmark.approach,
+            passing: Passing::new(&problem),
             initial_time_step: f64::from(bookmark.initial_time_step),
             checkpoint_due: None,
             has_checkpoint: goes_on,
@@ -332,6 +339,10 @@ impl<'a> Run<'a> {
         }
         if frame {
             self.frames.write(&self.simulation)?;
+            if let Some(warning) = self.passing.look(&self.problem, &self.simulation) {
+                self.progress.beside(|| tell(&format!("{warning}\n")));
+                self.console.note(&warning);
+            }
         }
         Ok(())
     }
@@ -605,6 +616,9 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
         count(problem.mesh.node_count() as f64),
         crate::format::elements(&problem.mesh, |number| count(number as f64))
     );
+    if let Some(merged) = &problem.merged {
+        let _ = write!(text, "\n  merge      {merged}");
+    }
     for (description, part) in problem.parts.iter().zip(&problem.model.parts) {
         let _ = write!(
             text,

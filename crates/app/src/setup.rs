@@ -1,15 +1,20 @@
 //! From deck and mesh to a problem that can be run.
 
+use crate::bodies::{self, Bodies};
+use crate::conformity;
 use crate::constraints;
 use crate::deck::decoder::{At, Decoder, GroupMention};
 use crate::deck::source::{TextError, read_text};
+use crate::deck::values::{Length, Positive, Quantity};
 use crate::deck::{self, Deck, Reading};
+use crate::diagnostics::Span;
 use crate::diagnostics::{Diagnostic, Diagnostics, Findings, listed, nearest};
 use crate::expectations::{self, Expectation};
 use crate::failure::Failure;
 use crate::fields::Field;
 use crate::memory;
 use crate::output::{OutputPlan, output_plan};
+use crate::plausibility;
 use crate::probes::{self, Probe};
 use crate::quasi_static::QuasiStatic;
 use crate::summary::hex;
@@ -17,8 +22,9 @@ use crate::tools;
 use crate::trouble;
 use estar_io::MeshFile;
 use estar_material::MaterialModel;
+use estar_mesh::conformity::Conformity;
 use estar_mesh::quality::{QualityReport, QualitySummary, volume};
-use estar_mesh::{Group, Mesh, locality_order};
+use estar_mesh::{Connectivity, Group, Mesh, locality_order};
 use estar_solver::model::{
     BulkViscosity, Fix, Formulation, InitialVelocity, Load, LoadKind, MassScaling, Model, Part, Prescribed, Spin,
     TimeSettings,
@@ -45,6 +51,10 @@ pub struct Problem {
     pub mesh: Mesh,
     /// Quality of the mesh.
     pub quality: QualitySummary,
+    /// What `[mesh] merge` did, in words.
+    pub merged: Option<String>,
+    /// How its elements hang together.
+    pub connectivity: Connectivity,
     /// What the solver is given.
     pub model: Model,
     /// What was chosen for a quasi-static process.
@@ -119,6 +129,7 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     };
 
     let scale = deck.as_ref().map_or(1.0, |deck| deck.mesh.scale.value);
+    let merge = deck.as_ref().and_then(|deck| deck.mesh.merge);
     let Some(mesh_file) = mesh_file else { return fault(findings, false) };
     if let Some(shortage) = memory::shortage_of_mesh(&mesh_file.value) {
         diagnostics.push(Diagnostic::error(shortage).at(mesh_file.span, "this mesh").help(memory::HELP));
@@ -132,7 +143,8 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
             return fault(findings, is_unreadable_file);
         }
     };
-    let Some(ReadMesh { mesh, quality, format }) = in_metres(content, &mesh_file, scale, diagnostics) else {
+    let Some(ReadMesh { mesh, quality, format, merged }) = in_metres(content, &mesh_file, scale, merge, diagnostics)
+    else {
         return fault(findings, false);
     };
     check_groups(&mesh, &groups, diagnostics);
@@ -150,6 +162,8 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     let expectations = expectations::resolve(&deck, diagnostics);
     let output = output_plan(&deck, diagnostics);
     check_temperature(&deck, &model.parts, diagnostics);
+    let connectivity = Connectivity::new(&mesh);
+    doubt(&deck, &mesh, &model, &connectivity, mesh_file.span, diagnostics);
     if diagnostics.has_errors() {
         return fault(findings, false);
     }
@@ -162,6 +176,8 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
         mesh_path: mesh_file.value,
         mesh_format: format,
         quality,
+        merged,
+        connectivity,
         mesh,
         model,
         quasi_static,
@@ -208,10 +224,18 @@ struct ReadMesh {
     mesh: Mesh,
     quality: QualitySummary,
     format: String,
+    /// What was merged, in words.
+    merged: Option<String>,
 }
 
 /// The mesh in m; faults are reported at the deck's mention of the file.
-fn in_metres(content: MeshFile, file: &At<PathBuf>, scale: f64, diagnostics: &mut Diagnostics) -> Option<ReadMesh> {
+fn in_metres(
+    content: MeshFile,
+    file: &At<PathBuf>,
+    scale: f64,
+    merge: Option<At<Quantity<Positive<Length>>>>,
+    diagnostics: &mut Diagnostics,
+) -> Option<ReadMesh> {
     const MOST_SHOWN: usize = 10;
     let MeshFile { mesh, format, warnings } = content;
     for warning in warnings {
@@ -224,6 +248,10 @@ fn in_metres(content: MeshFile, file: &At<PathBuf>, scale: f64, diagnostics: &mu
             return None;
         }
     };
+    let (mesh, merged) = match merge {
+        Some(tolerance) => merged(&mesh, &tolerance, diagnostics)?,
+        None => (mesh, None),
+    };
     let quality = QualityReport::new(&mesh);
     for error in quality.errors().iter().take(MOST_SHOWN) {
         diagnostics.push(Diagnostic::error(format!("the mesh: {error}")).at(file.span, "this mesh"));
@@ -233,7 +261,47 @@ fn in_metres(content: MeshFile, file: &At<PathBuf>, scale: f64, diagnostics: &mu
         diagnostics.push(Diagnostic::error(more).at(file.span, "this mesh").help("`estar mesh info` shows more"));
     }
     let order = locality_order(&mesh);
-    Some(ReadMesh { mesh: mesh.renumbered(&order), quality: quality.summary(), format })
+    Some(ReadMesh { mesh: mesh.renumbered(&order), quality: quality.summary(), format, merged })
+}
+
+/// The mesh without the nodes that `[mesh] merge` makes one, and what became of them.
+fn merged(
+    mesh: &Mesh,
+    tolerance: &At<Quantity<Positive<Length>>>,
+    diagnostics: &mut Diagnostics,
+) -> Option<(Mesh, Option<String>)> {
+    let merged = match mesh.merged(tolerance.value.value) {
+        Ok(merged) => merged,
+        Err(error) => {
+            let diagnostic = Diagnostic::error(error.to_string()).at(tolerance.span, "this tolerance");
+            diagnostics.push(diagnostic.help("a tolerance far below the shortest edge, such as \"1e-6 mm\""));
+            return None;
+        }
+    };
+    if merged.node_count == 0 {
+        let message = format!("`mesh.merge`: no two nodes are within {:e} m of each other", tolerance.value.value);
+        diagnostics.push(Diagnostic::warning(message).at(tolerance.span, "nothing is merged"));
+    }
+    let words = format!("{} nodes joined to others, {:e} m away at most", merged.node_count, merged.largest_distance);
+    Some((merged.mesh, Some(words)))
+}
+
+/// What is probably not meant, though it can be computed.
+fn doubt(
+    deck: &Deck,
+    mesh: &Mesh,
+    model: &Model,
+    connectivity: &Connectivity,
+    mesh_span: Span,
+    diagnostics: &mut Diagnostics,
+) {
+    plausibility::check_sizes(deck, mesh, &model.parts, mesh_span, diagnostics);
+    let names = deck.part.iter().map(|part| part.group.name.value.as_str());
+    let bodies = Bodies::new(connectivity, model.parts.iter().map(|part| &part.elements[..]), names);
+    let of_mesh = conformity::doubts(&Conformity::new(mesh, connectivity), "m");
+    for doubt in of_mesh.into_iter().chain(bodies::doubts(mesh, &bodies, model)) {
+        diagnostics.push(Diagnostic::warning(doubt.message).at(mesh_span, "this mesh").help(doubt.help));
+    }
 }
 
 /// Every group that the deck mentions must be in the mesh and of a kind that serves.

@@ -11,10 +11,11 @@ use super::values::{
     SpecificHeat, Stress, Temperature, decode_pairs,
 };
 use crate::diagnostics::{Diagnostic, Span, listed};
+use crate::plausibility;
 use estar_material::{
-    AdiabaticHeating, ClosestPoint, EStar, EStarTotal, ElasticConstant, ElasticEnergy, FlowRule, GreenNaghdi, Hencky,
-    IsotropicElasticity, IsotropicHardening, JohnsonCook, JohnsonCookParameters, KinematicHardening, MaterialModel,
-    ObjectiveRate, PlasticMetric,
+    AdiabaticHeating, ClosestPoint, EStar, EStarTotal, ElasticConstant, ElasticEnergy, FlowRule, FlowStart,
+    GreenNaghdi, Hardening, Hencky, IsotropicElasticity, IsotropicHardening, JohnsonCook, JohnsonCookParameters,
+    KinematicHardening, MaterialModel, ObjectiveRate, PlasticMetric,
 };
 
 deck_table! {
@@ -422,6 +423,7 @@ impl FromDeck for MaterialModel {
         let mut reader = MaterialReader { node, decoder };
         reader.check_heating(&table);
         let elasticity = elasticity?;
+        plausibility::check_material(node, &elasticity, table.theory.first_yield_stress(), reader.decoder);
         Some(match &table.theory {
             Theory::Elastic { rate } => Self::hypoelastic(elasticity, *rate),
             Theory::Hencky { yield_surface, hardening } => {
@@ -462,6 +464,16 @@ impl Theory {
             Self::Hencky { hardening, .. } => hardening.as_ref(),
             Self::Elastic { .. } => None,
         }
+    }
+
+    /// Flow stress before any flow, Pa, of a theory whose surface has one.
+    fn first_yield_stress(&self) -> Option<f64> {
+        self.hardening().map(|law| match law {
+            HardeningLaw::Isotropic(law) => law.at(0.0_f64).stress,
+            HardeningLaw::JohnsonCook(law) => {
+                law.flow_stress(&FlowStart::new(0.0_f64, law.initial_memory(), 0.0), 0.0).stress
+            }
+        })
     }
 }
 

@@ -21,6 +21,9 @@ deck_table! {
         file: MeshFile = required,
         /// Length of the file's unit, m: 1e-3 for a file in mm.
         scale: Quantity<Positive<Number>> = default("1.0"),
+        /// Nodes within this distance of each other, directly or by way of others, become one: the one of the least number stays
+        /// where it is, and groups follow. None are merged unless given.
+        merge: At<Quantity<Positive<Length>>> = optional,
     }
 }
 

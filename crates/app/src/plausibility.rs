@@ -1,0 +1,187 @@
+//! Numbers that no real problem has: usually one in another unit than it was meant to be. Each is a warning with the likely
+//! unit, never an error.
+
+use crate::deck::Deck;
+use crate::deck::decoder::Decoder;
+use crate::deck::tree::{Node, Value};
+use crate::diagnostics::{Diagnostic, Diagnostics, Span};
+use crate::format::short;
+use estar_material::IsotropicElasticity;
+use estar_mesh::Mesh;
+use estar_solver::Simulation;
+use estar_solver::model::{Part, Quantity};
+
+/// Densities of solids, kg/m³, from aerogel to osmium.
+const DENSITIES: [f64; 2] = [1.0, 30_000.0];
+/// Densities that are common, by which a unit is guessed.
+const COMMON_DENSITIES: [f64; 2] = [100.0, 25_000.0];
+/// Flow stress over Young's modulus: below that of pure single crystals, above that of polymers.
+const YIELD_STRAINS: [f64; 2] = [1e-5, 0.3];
+/// Such ratios are common, by which a unit is guessed.
+const COMMON_YIELD_STRAINS: [f64; 2] = [1e-4, 0.1];
+/// A solid of more than this density (kg/m³) in which sound is slower than this (m/s) would be a heavy jelly.
+const HEAVY: f64 = 2500.0;
+const SLOW_SOUND: f64 = 20.0;
+/// No sound in a solid is faster, m/s.
+const FAST_SOUND: f64 = 30_000.0;
+/// Bodies above this size (m) are rarely meant when their process is over in less than this (s), or before a wave has gone
+/// through this share of them.
+const LARGE: f64 = 10.0;
+const SHORT_TIME: f64 = 1e-3;
+const SHORT_WAY: f64 = 0.1;
+/// The same of bodies that can be large, with a much shorter way.
+const RATHER_LARGE: f64 = 1.0;
+const VERY_SHORT_WAY: f64 = 0.01;
+/// Bodies below this size (m) are rarely meant where the deck makes the mesh smaller.
+const SMALL: f64 = 1e-5;
+/// An initial velocity is rarely meant to be so many times that of sound.
+const MOST_MACH: f64 = 10.0;
+/// A displacement is rarely meant to be so many times the size of the mesh.
+const MOST_DISPLACEMENT: f64 = 100.0;
+/// No run has been waited for through so many steps.
+const MOST_STEPS: f64 = 1e8;
+
+/// Density, elasticity and first flow stress (Pa) of the material that stands in `node`.
+pub fn check_material(node: &Node, elasticity: &IsotropicElasticity, yield_stress: Option<f64>, decoder: &mut Decoder) {
+    let is_outside = |value: f64, [low, high]: [f64; 2]| value < low || value > high;
+    let (density, young_modulus) = (elasticity.density(), elasticity.young_modulus());
+    let mut warn = |key: &str, message: String, label: &str, help: Option<String>| {
+        let message = format!("`{}`: {message}", decoder.place());
+        decoder.report(Diagnostic::warning(message).at(span_of(node, key), label).help_if(help));
+    };
+    if is_outside(density, DENSITIES) {
+        let units =
+            [(1e-3, "g/cm^3 instead of g/mm^3"), (1e3, "g/cm^3"), (1e6, "g/mm^3"), (1e9, "kg/mm^3"), (1e12, "t/mm^3")];
+        let guess = units.into_iter().find(|(factor, _)| !is_outside(density * factor, COMMON_DENSITIES));
+        let help = guess.map(|(factor, unit)| format!("{unit} would make it {} kg/m^3", short(density * factor)));
+        warn("density", format!("no solid has a density of {} kg/m^3", short(density)), "what unit is meant?", help);
+    } else {
+        let sound = (young_modulus / density).sqrt();
+        let is_jelly = density > HEAVY && sound < SLOW_SOUND;
+        if is_jelly || sound > FAST_SOUND {
+            let message = format!(
+                "sound would go at {} m/s through a density of {} kg/m^3 with Young's modulus {} Pa",
+                short(sound),
+                short(density),
+                short(young_modulus)
+            );
+            let help = is_jelly.then(|| format!("if MPa are meant: \"{} MPa\"", short(young_modulus)));
+            warn(elastic_key(node), message, "what unit is meant?", help);
+        }
+    }
+    let Some(yield_stress) = yield_stress else { return };
+    let ratio = yield_stress / young_modulus;
+    if is_outside(ratio, YIELD_STRAINS) {
+        let units = [(1e6, "MPa"), (1e9, "GPa"), (1e3, "kPa")];
+        let is_common = |factor: f64| !is_outside(ratio * factor, COMMON_YIELD_STRAINS);
+        let stress = units.into_iter().find(|(factor, _)| is_common(*factor));
+        let modulus = units.into_iter().find(|(factor, _)| is_common(factor.recip()));
+        let help = match (stress, modulus) {
+            (Some((_, unit)), _) => {
+                Some(format!("if stresses in {unit} are meant, give them that unit, also in tables"))
+            }
+            (_, Some((_, unit))) => {
+                Some(format!("if the modulus is meant in {unit}: \"{} {unit}\"", short(young_modulus)))
+            }
+            _ => None,
+        };
+        let message = format!(
+            "it yields first at {} Pa, which is {} of Young's modulus, {} Pa",
+            short(yield_stress),
+            short(ratio),
+            short(young_modulus)
+        );
+        let key = if node.value.entry("hardening").is_some() { "hardening" } else { "yield_surface" };
+        warn(key, message, "what unit is meant?", help);
+    }
+}
+
+/// Where a key of a material stands, or the material.
+fn span_of(node: &Node, key: &str) -> Span {
+    match node.value.entry(key).map(|entry| &entry.node) {
+        Some(Node { value: Value::Table(_), .. }) | None => {
+            node.value.entry(key).map_or(node.span.beginning(), |entry| entry.key_span)
+        }
+        Some(value) => value.span,
+    }
+}
+
+/// The first elastic modulus that a material gives.
+fn elastic_key(node: &Node) -> &'static str {
+    let keys = ["young_modulus", "shear_modulus", "bulk_modulus", "lame_lambda"];
+    keys.into_iter().find(|key| node.value.entry(key).is_some()).unwrap_or("young_modulus")
+}
+
+/// Sizes, velocities and displacements against each other; the mesh is named in `mesh_span`.
+pub fn check_sizes(deck: &Deck, mesh: &Mesh, parts: &[Part], mesh_span: Span, diagnostics: &mut Diagnostics) {
+    let [low, high] = mesh.extent();
+    let sizes = [0, 1, 2].map(|axis| high[axis] - low[axis]);
+    let size = sizes.into_iter().fold(0.0, f64::max);
+    let sound =
+        |part: &Part| (part.material.elasticity().young_modulus() / part.material.elasticity().density()).sqrt();
+    let sound = parts.iter().map(sound).fold(0.0, f64::max);
+    let (end, scale) = (deck.time.end.value, deck.mesh.scale.value);
+    let way = end * sound / size;
+    let is_fast = size > LARGE && (end < SHORT_TIME || way < SHORT_WAY) || size > RATHER_LARGE && way < VERY_SHORT_WAY;
+    let [x, y, z] = sizes.map(short);
+    if scale == 1.0 && is_fast {
+        let message = format!(
+            "the mesh is {x} × {y} × {z} m large, and sound goes through {} % of that until the end, {} s",
+            short(100.0 * way),
+            short(end)
+        );
+        let help = "if the file is in mm: `scale = 1e-3` in [mesh]";
+        diagnostics.push(Diagnostic::warning(message).at(mesh_span, "is it in metres?").help(help));
+    }
+    if scale < 1.0 && size < SMALL {
+        let message = format!("the mesh is {x} × {y} × {z} m large, {} times the size of the file", short(scale));
+        let help = "if the file is in metres already, leave out `scale` in [mesh]";
+        diagnostics.push(Diagnostic::warning(message).at(mesh_span, "is it that small?").help(help));
+    }
+    for entry in &deck.initial_velocity {
+        let speed = entry.value.map_or(0.0, |vector| vector.value.iter().map(|v| v * v).sum::<f64>().sqrt());
+        if speed > MOST_MACH * sound && sound > 0.0 {
+            let message =
+                format!("an initial velocity of {} m/s is {} times that of sound", short(speed), short(speed / sound));
+            let diagnostic = Diagnostic::warning(message).at(entry.span, "this velocity");
+            diagnostics.push(diagnostic.help("numbers without a unit are in m/s; such as \"227 mm/s\" has one"));
+        }
+    }
+    for entry in &deck.prescribed {
+        if entry.motion.quantity() != Quantity::Displacement {
+            continue;
+        }
+        let Some(curve) = entry.motion.curve(entry.interpolation) else { continue };
+        let times = curve.times().into_iter().filter(|time| *time <= end).chain([end]);
+        let most = times.map(|time| curve.value(time).abs()).fold(0.0, f64::max);
+        if most > MOST_DISPLACEMENT * size {
+            let message =
+                format!("a displacement of {} m is {} times the size of the mesh", short(most), short(most / size));
+            let diagnostic = Diagnostic::warning(message).at(entry.span, "this displacement");
+            diagnostics.push(diagnostic.help("numbers without a unit are in m; such as \"7 mm\" has one"));
+        }
+    }
+}
+
+/// A run of more steps than anyone waits for.
+pub fn doubt_about_steps(simulation: &Simulation) -> Option<Diagnostic> {
+    let (end, time_step) = (simulation.end_time(), simulation.time_step());
+    let steps = end / time_step;
+    if steps <= MOST_STEPS {
+        return None;
+    }
+    let message =
+        format!("the run takes {} steps of {} s to its end, {} s", short(steps), short(time_step), short(end));
+    // the first number of the end as one may have meant it
+    let units = [(1e-3, "ms"), (1e-6, "us"), (1e-9, "ns")];
+    let meant = units.into_iter().filter(|(factor, _)| (10.0..1e7).contains(&(steps * factor)));
+    let meant: Vec<String> = meant
+        .map(|(factor, unit)| format!("end = \"{} {unit}\" ({} steps)", short(end), short(steps * factor)))
+        .collect();
+    let unit =
+        if meant.is_empty() { String::new() } else { format!("if another unit is meant: {}; else ", meant.join(", ")) };
+    let help = format!(
+        "{unit}`estar check` names the elements that control the step, and [time] quasi_static or mass_scaling make slow processes short"
+    );
+    Some(Diagnostic::warning(message).help(help))
+}
