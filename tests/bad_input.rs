@@ -218,7 +218,8 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     input.answer("merge of nodes that are no closer than others", &merge, mesh.as_bytes(), &[], 2, "would make one");
     let dense = replaced(DECK, &[("1000.0", "\"8.93 g/mm^3\"")]);
     input.answer("unit of another density", &dense, mesh.as_bytes(), &[], 0, "g/cm^3");
-    let rod = ["mesh", "box", "--ascii", "--output", "rod.msh", "--size", "6.4", "6.4", "32.4", "--cells", "2", "2", "10"];
+    let rod =
+        ["mesh", "box", "--ascii", "--output", "rod.msh", "--size", "6.4", "6.4", "32.4", "--cells", "2", "2", "10"];
     input.workshop.estar(&rod).assert(0, &[]);
     let (rod, short) = (input.workshop.read("rod.msh"), replaced(DECK, &[("20 ms", "80 us")]));
     input.answer("mesh in mm without a scale", &short, rod.as_bytes(), &[], 0, "sound goes through");

@@ -84,7 +84,8 @@ fn grid(counts: [usize; 3]) -> Vec<[usize; 3]> {
     (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))).collect()
 }
 
-const STEEL: &str = "[material.steel]\ntheory = \"elastic\"\ndensity = 7850.0\nyoung_modulus = \"200 GPa\"\npoisson_ratio = 0.0\n";
+const STEEL: &str =
+    "[material.steel]\ntheory = \"elastic\"\ndensity = 7850.0\nyoung_modulus = \"200 GPa\"\npoisson_ratio = 0.0\n";
 
 fn part(group: &str) -> String {
     format!("[[part]]\ngroup = \"{group}\"\nmaterial = \"steel\"\n")
@@ -109,7 +110,7 @@ fn two_boxes(workshop: &Workshop, merge: &str) -> String {
 #[test]
 fn unmerged_nodes_are_warned_of_and_merged_on_demand() {
     let workshop = Workshop::new();
-    let told = ["9 nodes lie exactly at the place of another", "such as node 3 and node 28 at (1, 0, 0) m", "merge = "];
+    let told = ["9 nodes lie exactly at the place of another", "such as node 9 and node 28 at (1, 0, 0) m", "merge = "];
     let force = |deck: &str, told: &[&str]| {
         let said = workshop.run_deck(deck, &[]);
         said.assert(0, told);
@@ -121,11 +122,15 @@ fn unmerged_nodes_are_warned_of_and_merged_on_demand() {
     assert!((joined / 2e8 - 1.0).abs() < 0.01, "{joined}");
     assert!(apart.abs() < 1e-3 * joined, "{apart}");
     assert!(!said.errors.contains("warning"), "{}", said.errors);
-    assert!(said.text.contains("merge      9 nodes joined to others, 0e0 m away at most"), "{}", said.text);
+    assert!(said.text.contains("merge      9 nodes joined to others, 0 m away at most"), "{}", said.text);
 
     let said = workshop.estar(&["mesh", "info", "two.inp"]);
     said.assert(0, &[]);
-    assert!(said.text.contains("2 bodies that share no nodes: 8 elements, 1 × 1 × 1 (element 1 is one)"), "{}", said.text);
+    assert!(
+        said.text.contains("2 bodies that share no nodes: 8 elements, 1 × 1 × 1 (element 1 is one)"),
+        "{}",
+        said.text
+    );
     assert!(said.text.contains("warning: 9 nodes lie exactly at the place of another"), "{}", said.text);
 
     workshop.write("deck.toml", &two_boxes(&workshop, ""));
@@ -138,7 +143,9 @@ fn unmerged_nodes_are_warned_of_and_merged_on_demand() {
 fn a_merge_that_would_collapse_elements_is_refused_and_an_idle_one_is_told() {
     let workshop = Workshop::new();
     let coarse = two_boxes(&workshop, "merge = \"0.6 m\"");
-    workshop.run_deck(&coarse, &[]).assert(2, &["deck.toml:3:9", "of element 1, which are 5e-1 m apart", "16 elements"]);
+    workshop
+        .run_deck(&coarse, &[])
+        .assert(2, &["deck.toml:3:9", "of element 1, which are 5e-1 m apart", "16 elements"]);
     let none = DECK.replacen("file = \"box.msh\"", "file = \"box.msh\"\nmerge = \"1 um\"", 1);
     workshop.run_deck(&none, &[]).assert(0, &["no two nodes are within 1e-6 m of each other", "deck.toml:6:9"]);
     workshop.run_deck(&none.replacen("1 um", "-1 um", 1), &[]).assert(2, &["`mesh.merge` must be greater than 0"]);
@@ -157,7 +164,9 @@ fn hexes_under_tets(workshop: &Workshop, has_pyramids: bool) -> String {
     let fixes = [("x0", "x"), ("x1", "x"), ("y0", "y"), ("y1", "y"), ("z0", "z")]
         .map(|(group, axis)| format!("[[fix]]\ngroup = \"{group}\"\ndirections = [\"{axis}\"]\n"));
     let probe = |name: &str, kind: &str, group: &str| {
-        format!("[[probe]]\nname = \"{name}\"\nkind = \"{kind}\"\ngroup = \"{group}\"\nfield = \"cauchy_stress\"\ncomponent = \"zz\"\n")
+        format!(
+            "[[probe]]\nname = \"{name}\"\nkind = \"{kind}\"\ngroup = \"{group}\"\nfield = \"cauchy_stress\"\ncomponent = \"zz\"\n"
+        )
     };
     format!(
         "[mesh]\nfile = \"mixed.inp\"\n[material.m]\ntheory = \"elastic\"\ndensity = 1000.0\nyoung_modulus = \"1 GPa\"\n\
@@ -192,8 +201,9 @@ fn quads_on_triangles_are_warned_of_and_uniaxial_strain_is_uniform_where_meshes_
     assert_eq!(errors, "");
     let (relative, errors) = stresses(false);
     assert!(relative.iter().any(|error| error.abs() > 0.03), "{relative:?}");
-    let told = "faces of the mesh do not match: 4 quads that lie on two triangles each, such as between elements 1 and 5 at (0.5, 0.5, 1) m";
-    assert!(errors.contains(told) && errors.contains("pyramids"), "{errors}");
+    let told =
+        "faces of the mesh do not match: 4 quads that lie on two triangles each, such as between elements 1 and ";
+    assert!(errors.contains(told) && errors.contains("at (0.5, 0.5, 1) m") && errors.contains("pyramids"), "{errors}");
 }
 
 #[test]
@@ -210,11 +220,14 @@ fn hanging_nodes_hinges_and_bodies_on_each_other_are_told_by_mesh_info() {
     mesh.cubes(&grid([1, 1, 1]), [0.0; 3], 1.0, 0, "all");
     info(&mesh, &[]);
     mesh.cubes(&grid([2, 2, 1]), [0.0, 0.0, 1.0], 0.5, 0, "all");
-    info(&mesh, &["5 nodes lie on a face or an edge of an element that does not have it (a hanging node), such as node"]);
+    info(
+        &mesh,
+        &["5 nodes lie on a face or an edge of an element that does not have it (a hanging node), such as node"],
+    );
     let mut mesh = Mesh::default();
     mesh.cubes(&grid([2, 2, 2]), [0.0; 3], 0.5, 0, "all");
     let from = mesh.nodes.len();
-    mesh.cubes(&grid([4, 4, 4]), [1.0, 0.125, 0.125], 0.1875, from, "all");
+    mesh.cubes(&grid([4, 4, 4]), [1.0, 0.1, 0.2], 0.1875, from, "all");
     info(&mesh, &["nodes of one body lie on a face of another body that does not have it, such as node"]);
     let mut mesh = Mesh::default();
     mesh.cubes(&[[0, 0, 0], [1, 1, 0]], [0.0; 3], 1.0, 0, "all");
@@ -238,8 +251,12 @@ fn bodies_that_pass_through_each_other_are_warned_of_before_and_after() {
             part("ball")
         )
     };
-    let before = ["the mesh has 2 bodies that share no nodes", "16 elements of `plate`, 4 × 4 × 1 m", "8 elements of `ball`, 1 × 1 × 1 m"];
-    let after = "nodes of the surface are inside of elements that they do not belong to";
+    let before = [
+        "the mesh has 2 bodies that share no nodes",
+        "16 elements of `plate`, 4 × 4 × 1 m",
+        "8 elements of `ball`, 1 × 1 × 1 m",
+    ];
+    let after = "faces of the surface are inside of elements that they do not belong to";
     let said = workshop.run_deck(&deck(-100.0), &[]);
     said.assert(0, &before);
     said.assert(0, &[after, "of another body", "at t = 6.0"]);
@@ -255,20 +272,22 @@ fn bodies_that_pass_through_each_other_are_warned_of_before_and_after() {
 fn a_body_that_passes_through_itself_is_warned_of() {
     let workshop = Workshop::new();
     let mut mesh = Mesh::default();
-    let jaws = (0..6).flat_map(|x| [[x, 0, 0], [x, 0, 2]]);
-    mesh.cubes(&jaws.chain([[0, 0, 1]]).collect::<Vec<_>>(), [0.0; 3], 1.0, 0, "clamp");
-    workshop.write("clamp.inp", &mesh.text(&[("foot", 2, 0.0), ("tips", 0, 6.0), ("rear", 0, 0.0), ("top", 2, 3.0)]));
+    let row = |z: usize| (0..6).map(|x| [x, 0, z]).collect::<Vec<_>>();
+    mesh.cubes(&[row(0), vec![[0, 0, 1]]].concat(), [0.0; 3], 1.0, 0, "clamp");
+    mesh.cubes(&row(2), [0.0; 3], 1.0, 0, "jaw");
+    workshop.write("clamp.inp", &mesh.text(&[("foot", 2, 0.0)]));
     let soft = STEEL.replace("200 GPa", "10 MPa").replace("7850", "1000");
     let deck = |speed: f64| {
         format!(
-            "[mesh]\nfile = \"clamp.inp\"\n{soft}{}[[fix]]\ngroup = \"foot\"\ndirections = [\"x\", \"y\", \"z\"]\n\
-             [[initial_velocity]]\ngroup = \"top\"\nvalue = [0, 0, {speed:?}]\n\
-             [time]\nend = \"100 ms\"\nenergy_error_limit = 1e3\n[output]\nframes = 20\n",
-            part("clamp")
+            "[mesh]\nfile = \"clamp.inp\"\n{soft}{}{}[[fix]]\ngroup = \"foot\"\ndirections = [\"x\", \"y\", \"z\"]\n\
+             [[initial_velocity]]\ngroup = \"jaw\"\nvalue = [0, 0, {speed:?}]\n\
+             [time]\nend = \"100 ms\"\n[output]\nframes = 20\n",
+            part("clamp"),
+            part("jaw")
         )
     };
     let after = "inside of elements that they do not belong to";
-    let said = workshop.run_deck(&deck(-60.0), &[]);
+    let said = workshop.run_deck(&deck(-16.0), &[]);
     said.assert(0, &[after, "of the same body"]);
     let said = workshop.run_deck(&deck(-1.0), &[]);
     said.assert(0, &[]);
@@ -298,7 +317,11 @@ fn a_body_to_which_nothing_happens_is_told() {
 fn numbers_of_another_unit_are_told_with_the_likely_one() {
     let workshop = Workshop::new();
     let metal = DECK
-        .replacen("theory = \"elastic\"", "theory = \"e-star\"\nhardening = { law = \"linear\", yield_stress = \"400 MPa\", modulus = \"100 MPa\" }", 1)
+        .replacen(
+            "theory = \"elastic\"",
+            "theory = \"e-star\"\nhardening = { law = \"linear\", yield_stress = \"400 MPa\", modulus = \"100 MPa\" }",
+            1,
+        )
         .replacen("density = 1000.0", "density = 8930.0", 1)
         .replacen("100 MPa\"\npoisson", "117 GPa\"\npoisson", 1)
         .replacen("20 ms", "1 ms", 1);
@@ -311,37 +334,61 @@ fn numbers_of_another_unit_are_told_with_the_likely_one() {
     assert_eq!(sound.errors, "");
     let pull = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"x\"]\n[[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\n\
                 quantity = \"displacement\"\ncurve = [[0, 0], [\"1 ms\", 200]]\n";
-    let scaled = "file = \"box.msh\"\nscale = ";
-    for (from, to, told) in [
-        ("8930.0", "\"8.93 g/mm^3\"", &["no solid has a density of 8.93e6 kg/m^3", "g/cm^3 instead of g/mm^3 would make it 8930"][..]),
+    let scaled = |scale: &str| format!("file = \"box.msh\"\nscale = {scale}");
+    let (same, tiny, milli) = (scaled("1.0"), scaled("1e-6"), scaled("1e-3"));
+    let cases: [(&str, &str, &[&str]); 12] = [
+        (
+            "8930.0",
+            "\"8.93 g/mm^3\"",
+            &["no solid has a density of 8.93e6 kg/m^3", "g/cm^3 instead of g/mm^3 would make it 8930"][..],
+        ),
         ("8930.0", "8.93e-9", &["no solid has a density", "t/mm^3 would make it 8930 kg/m^3"]),
         ("8930.0", "8.93e-6", &["no solid has a density", "kg/mm^3 would make it 8930 kg/m^3"]),
-        ("\"117 GPa\"", "117e3", &["sound would go at 3.62 m/s", "if MPa are meant: \"117000 MPa\""]),
-        ("\"400 MPa\"", "400", &["it yields first at 400 Pa, which is 3.419e-9 of Young's modulus", "if stresses in MPa are meant"]),
+        ("\"117 GPa\"", "117e3", &["sound would go at 3.62 m/s", "if MPa are meant: \"1.17e5 MPa\""]),
+        (
+            "\"400 MPa\"",
+            "400",
+            &["it yields first at 400 Pa, which is 3.419e-9 of Young's modulus", "if stresses in MPa are meant"],
+        ),
         (
             "law = \"linear\", yield_stress = \"400 MPa\", modulus = \"100 MPa\"",
             "law = \"tabulated\", points = [[0, 400], [0.5, 600]]",
             &["it yields first at 400 Pa", "if stresses in MPa are meant, give them that unit, also in tables"],
         ),
         ("\"400 MPa\"", "\"400 GPa\"", &["it yields first at 4e11 Pa, which is 3.419 of Young's modulus"]),
-        ("file = \"box.msh\"", &format!("{scaled}1.0"), &[]),
-        ("file = \"box.msh\"", &format!("{scaled}1e-6"), &["the mesh is 1e-6 × 1e-6 × 1e-6 m large", "in metres already"]),
-        ("value = [1.0, 0.0, 0.0]", "value = [0.0, 0.0, -227000.0]", &["an initial velocity of 2.27e5 m/s is 62.71 times that of sound"]),
+        ("file = \"box.msh\"", &same, &[]),
+        ("file = \"box.msh\"", &tiny, &["the mesh is 1e-6 × 1e-6 × 1e-6 m large", "in metres already"]),
+        (
+            "value = [1.0, 0.0, 0.0]",
+            "value = [0.0, 0.0, -227000.0]",
+            &["an initial velocity of 2.27e5 m/s is 62.71 times that of sound"],
+        ),
         ("\"1 ms\"", "\"80\"", &[]),
-        ("\"1 ms\"", "8e4", &["the run takes 1.", "steps of", "if another unit is meant: end = \"80000 us\""]),
-    ] {
+        ("\"1 ms\"", "8e4", &["the run takes", "steps of", "if another unit is meant", "end = \"80000 us\""]),
+    ];
+    for (from, to, told) in cases {
         assert!(metal.contains(from), "{from}");
         let found = said(&metal.replacen(from, to, 1));
         found.assert(0, told);
-        assert_eq!(found.errors.matches("warning:").count(), usize::from(!told.is_empty()), "{from} {to}\n{}", found.errors);
+        assert_eq!(
+            found.errors.matches("warning:").count(),
+            usize::from(!told.is_empty()),
+            "{from} {to}\n{}",
+            found.errors
+        );
     }
     workshop.write("deck.toml", &format!("{metal}{pull}"));
     workshop.estar(&["check", "deck.toml"]).assert(0, &["a displacement of 200 m is 200 times the size of the mesh"]);
     // a rod in mm without a scale
-    workshop.estar(&["mesh", "box", "--output", "box.msh", "--force", "--size", "6.4", "6.4", "32.4", "--cells", "2", "2", "6"]);
-    let told = ["the mesh is 6.4 × 6.4 × 32.4 m large, and sound goes through 0.8938 % of that until the end, 8e-5 s", "scale = 1e-3"];
+    workshop.estar(&[
+        "mesh", "box", "--output", "box.msh", "--force", "--size", "6.4", "6.4", "32.4", "--cells", "2", "2", "6",
+    ]);
+    let told = [
+        "the mesh is 6.4 × 6.4 × 32.4 m large, and sound goes through 0.8938 % of that until the end, 8e-5 s",
+        "scale = 1e-3",
+    ];
     said(&metal.replacen("1 ms", "80 us", 1)).assert(0, &told);
-    let found = said(&metal.replacen("1 ms", "80 us", 1).replacen("file = \"box.msh\"", &format!("{scaled}1e-3"), 1));
+    let found = said(&metal.replacen("1 ms", "80 us", 1).replacen("file = \"box.msh\"", &milli, 1));
     found.assert(0, &[]);
     assert_eq!(found.errors, "");
 }

@@ -2,28 +2,36 @@
 //! take that for a result.
 
 use crate::setup::Problem;
-use estar_mesh::{PointTree, Shape};
+use estar_mesh::{Face, PointTree, Shape};
 use estar_solver::Simulation;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
-/// A node is inside of an element when it is behind each of its faces by this share of the element's thickness there.
+/// A point is in a body when it is behind the surface there by this share of the element's thickness.
 const DEEP: f64 = 0.1;
-/// More nodes than these are not looked into.
-const MOST_FOUND: usize = 100_000;
+/// Between elements a point belongs to both: it may be outside of one by this share.
+const SLACK: f64 = 0.01;
 
-/// Looks whether nodes of the surface are inside of elements that they do not belong to, until there are some.
+/// Looks whether faces of the surface are inside of elements that they do not belong to, until there are some.
 #[derive(Debug)]
 pub struct Passing {
-    outer_nodes: Vec<u32>,
+    /// Of each element, a bit for each of its faces that is an outer one.
+    outer: Vec<u8>,
     is_told: bool,
 }
 
 impl Passing {
     /// Nothing has been seen yet.
     pub fn new(problem: &Problem) -> Self {
-        Self { outer_nodes: problem.connectivity.outer_nodes(&problem.mesh), is_told: false }
+        let mut outer = vec![0; problem.mesh.element_count()];
+        for face in &problem.connectivity.outer_faces {
+            let element = face.element as usize;
+            if let Some(place) = problem.mesh.elements().faces(element).position(|other| other == face.face) {
+                outer[element] |= 1 << place;
+            }
+        }
+        Self { outer, is_told: false }
     }
 
     /// Looks at the present step; a warning the first time that something passes through something.
@@ -31,124 +39,89 @@ impl Passing {
         if self.is_told {
             return None;
         }
-        let places = Places { problem, simulation };
-        let found = places.without_neighbours(places.inside(&self.outer_nodes));
-        let &(node, element) = found.first()?;
+        let label = |element: u32| problem.mesh.element_labels()[element as usize];
+        let found = self.inside(problem, simulation);
+        let &(owner, element, _) = found.iter().min_by_key(|&&(owner, element, _)| (label(owner), label(element)))?;
         self.is_told = true;
         let bodies = &problem.connectivity.body_of_element;
-        let body_of_node = |node: u32| {
-            let of_node = problem.mesh.elements().iter().position(|nodes| nodes.contains(&node));
-            of_node.map(|element| bodies[element])
-        };
-        let whose = if body_of_node(node) == Some(bodies[element as usize]) { "the same body" } else { "another body" };
-        let nodes = found.iter().map(|(node, _)| node).collect::<BTreeSet<_>>().len();
-        let are = if nodes == 1 {
-            "1 node of the surface is".to_owned()
+        let whose = if bodies[owner as usize] == bodies[element as usize] { "the same body" } else { "another body" };
+        let faces = found.iter().map(|(_, _, face)| face).collect::<BTreeSet<_>>().len();
+        let are = if faces == 1 {
+            "1 face of the surface is".to_owned()
         } else {
-            format!("{nodes} nodes of the surface are")
+            format!("{faces} faces of the surface are")
         };
         Some(format!(
-            "warning: {are} inside of elements that they do not belong to at t = {:.6e} s, such as node {} inside element {} of {whose}: bodies \
-             of elements do not touch, neither each other nor themselves, so they pass through each other without any force",
+            "warning: {are} inside of elements that they do not belong to at t = {:.6e} s, such as one of element {} inside element {} of \
+             {whose}: bodies of elements do not touch, neither each other nor themselves, so they pass through each other without any force",
             simulation.time(),
-            problem.mesh.node_labels()[node as usize],
-            problem.mesh.element_labels()[element as usize],
+            label(owner),
+            label(element),
         ))
     }
-}
 
-/// Where things are at the present step.
-struct Places<'a> {
-    problem: &'a Problem,
-    simulation: &'a Simulation,
-}
-
-impl Places<'_> {
-    fn of(&self, node: u32) -> [f64; 3] {
-        let (reference, displacement) =
-            (self.simulation.reference()[node as usize], self.simulation.displacement()[node as usize]);
-        [0, 1, 2].map(|axis| reference[axis] + displacement[axis])
-    }
-
-    /// Nodes with elements that they are inside of.
-    fn inside(&self, nodes: &[u32]) -> Vec<(u32, u32)> {
-        let tree = PointTree::new(nodes.iter().map(|&node| (self.of(node), node)).collect());
-        let elements = self.problem.mesh.elements();
-        let is_deleted = if self.simulation.deletes() { self.simulation.deleted() } else { Vec::new() };
+    /// Outer faces whose middle is inside of an element: the element that has the face, the other, and the face.
+    fn inside(&self, problem: &Problem, simulation: &Simulation) -> Vec<(u32, u32, u32)> {
+        let (reference, displacement) = (simulation.reference(), simulation.displacement());
+        let place = |node: u32| -> [f64; 3] {
+            std::array::from_fn(|axis| reference[node as usize][axis] + displacement[node as usize][axis])
+        };
+        let (elements, faces) = (problem.mesh.elements(), &problem.connectivity.outer_faces);
+        let is_deleted = if simulation.deletes() { simulation.deleted() } else { vec![false; elements.len()] };
+        let middle = |face: &Face| {
+            let corners = if let Face::Triangle6(nodes) = face { &nodes[..3] } else { face.nodes() };
+            mean(&corners.iter().map(|&node| place(node)).collect::<Vec<_>>())
+        };
+        let middles = (0..).zip(faces).filter(|(_, outer)| !is_deleted[outer.element as usize]);
+        let tree = PointTree::new(middles.map(|(number, outer)| (middle(&outer.face), number)).collect());
         let in_element = |element: usize| {
             let own = elements.nodes(element);
-            let places: Vec<[f64; 3]> = own.iter().map(|&node| self.of(node)).collect();
-            let side = |axis: usize, start: f64, choose: fn(f64, f64) -> f64| {
-                places.iter().map(|place| place[axis]).fold(start, choose)
+            let places: Vec<[f64; 3]> = own.iter().map(|&node| place(node)).collect();
+            let side = |start: f64, choose: fn(f64, f64) -> f64| -> [f64; 3] {
+                std::array::from_fn(|axis| places.iter().map(|place| place[axis]).fold(start, choose))
             };
-            let low = [0, 1, 2].map(|axis| side(axis, f64::INFINITY, f64::min));
-            let high = [0, 1, 2].map(|axis| side(axis, f64::NEG_INFINITY, f64::max));
             let mut found = Vec::new();
-            if !is_deleted.get(element).is_some_and(|deleted| *deleted) {
-                tree.in_box(&low, &high, |node, place| {
-                    if !own.contains(&node) && is_inside(place, elements.shape(element), &places) {
-                        found.push((node, element as u32));
+            if !is_deleted[element] {
+                tree.in_box(&side(f64::INFINITY, f64::min), &side(f64::NEG_INFINITY, f64::max), |face, point| {
+                    let owner = faces[face as usize].element;
+                    // neighbours overlap where a mesh is badly distorted: that is no other body
+                    let is_neighbour = || elements.nodes(owner as usize).iter().any(|node| own.contains(node));
+                    if is_inside(point, elements.shape(element), &places, self.outer[element]) && !is_neighbour() {
+                        found.push((owner, element as u32, face));
                     }
                     ControlFlow::Continue(())
                 });
             }
             found
         };
-        let mut found: Vec<(u32, u32)> = (0..elements.len()).into_par_iter().flat_map_iter(in_element).collect();
-        found.sort_by_key(|&(node, element)| {
-            (self.problem.mesh.node_labels()[node as usize], self.problem.mesh.element_labels()[element as usize])
-        });
-        found.truncate(MOST_FOUND);
-        found
-    }
-
-    /// Those whose element shares no node with an element of the node: neighbours overlap where a mesh is badly distorted.
-    fn without_neighbours(&self, mut found: Vec<(u32, u32)>) -> Vec<(u32, u32)> {
-        if found.is_empty() {
-            return found;
-        }
-        let elements = self.problem.mesh.elements();
-        let is_deleted = if self.simulation.deletes() { self.simulation.deleted() } else { Vec::new() };
-        let mut is_found = vec![false; self.problem.mesh.node_count()];
-        for &(node, _) in &found {
-            is_found[node as usize] = true;
-        }
-        let mut around: BTreeSet<(u32, u32)> = BTreeSet::new();
-        let mut has_element = vec![false; is_found.len()];
-        for (element, nodes) in elements.iter().enumerate() {
-            for &node in nodes.iter().filter(|&&node| is_found[node as usize]) {
-                around.extend(nodes.iter().map(|&other| (node, other)));
-                has_element[node as usize] |= !is_deleted.get(element).is_some_and(|deleted| *deleted);
-            }
-        }
-        found.retain(|&(node, element)| {
-            let of_element = elements.nodes(element as usize);
-            // what is left of a node is no body when all its elements are deleted
-            has_element[node as usize] && !of_element.iter().any(|&other| around.contains(&(node, other)))
-        });
-        found
+        (0..elements.len()).into_par_iter().flat_map_iter(in_element).collect()
     }
 }
 
-/// Whether a point is well inside of an element.
-fn is_inside(point: &[f64; 3], shape: Shape, nodes: &[[f64; 3]]) -> bool {
+fn mean(points: &[[f64; 3]]) -> [f64; 3] {
+    std::array::from_fn(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / points.len() as f64)
+}
+
+/// Whether a point is inside of an element: well behind its outer faces, and behind the others.
+fn is_inside(point: &[f64; 3], shape: Shape, nodes: &[[f64; 3]], outer: u8) -> bool {
     let volume = estar_mesh::quality::volume(shape, nodes);
     volume > 0.0
-        && shape.faces().iter().all(|face| {
-            let corners: Vec<[f64; 3]> =
-                face.iter().take(if face.len() == 6 { 3 } else { 4 }).map(|&place| nodes[place]).collect();
-            let count = corners.len();
-            let centre = [0, 1, 2].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / count as f64);
-            let to = |a: usize, b: usize| [0, 1, 2].map(|axis| corners[b][axis] - corners[a][axis]);
+        && shape.faces().iter().enumerate().all(|(number, face)| {
+            let count = if face.len() == 4 { 4 } else { 3 };
+            let corners: Vec<[f64; 3]> = face[..count].iter().map(|&place| nodes[place]).collect();
+            let (centre, to) = (mean(&corners), |a: usize, b: usize| -> [f64; 3] {
+                std::array::from_fn(|axis| corners[b][axis] - corners[a][axis])
+            });
             // of a quad half the product of the diagonals
             let [a, b] = if count == 4 { [to(0, 2), to(1, 3)] } else { [to(0, 1), to(0, 2)] };
-            let area = [0, 1, 2].map(|i| {
+            let area: [f64; 3] = std::array::from_fn(|i| {
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                 0.5 * (a[j] * b[k] - a[k] * b[j])
             });
-            // (x − c)·A ≤ −s V, where V/|A| is the thickness behind the face
+            // (x − c)·A ≤ s V, where V/|A| is the thickness behind the face
             let height: f64 = (0..3).map(|axis| (point[axis] - centre[axis]) * area[axis]).sum();
-            height <= -DEEP * volume
+            let is_outer = outer >> number & 1 == 1;
+            height <= if is_outer { -DEEP } else { SLACK } * volume
         })
 }
 
@@ -157,13 +130,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_point_is_inside_where_it_is_well_behind_every_face() {
+    fn a_point_is_inside_where_it_is_behind_every_face_and_well_behind_outer_ones() {
         let cube: Vec<[f64; 3]> = estar_mesh::hex::CORNER_SIGNS.to_vec();
-        let inside = |point: [f64; 3]| is_inside(&point, Shape::Hex8, &cube);
-        assert!(inside([0.0; 3]) && inside([0.79, -0.79, 0.79]));
-        assert!(!inside([0.81, 0.0, 0.0]) && !inside([0.0, 0.0, -0.81]) && !inside([3.0, 0.0, 0.0]));
+        let inside = |point: [f64; 3], outer: u8| is_inside(&point, Shape::Hex8, &cube, outer);
+        assert!(inside([0.0; 3], 0x3f) && inside([0.79, -0.79, 0.79], 0x3f));
+        assert!(!inside([0.81, 0.0, 0.0], 0x3f) && !inside([0.0, 0.0, -0.81], 0x3f) && !inside([3.0, 0.0, 0.0], 0));
+        // the first face is that below
+        assert!(inside([1.0, 1.0, 1.0], 1) && inside([0.0, 0.0, -0.81], 0) && !inside([0.0, 0.0, -0.81], 1));
         let tet = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        assert!(is_inside(&[0.2; 3], Shape::Tet4, &tet) && !is_inside(&[0.01; 3], Shape::Tet4, &tet));
-        assert!(!is_inside(&[0.33; 3], Shape::Tet4, &tet));
+        assert!(is_inside(&[0.2; 3], Shape::Tet4, &tet, 0xf) && !is_inside(&[0.01; 3], Shape::Tet4, &tet, 0xf));
+        assert!(!is_inside(&[0.33; 3], Shape::Tet4, &tet, 0xf) && is_inside(&[0.33; 3], Shape::Tet4, &tet, 0));
     }
 }

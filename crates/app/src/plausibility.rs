@@ -67,12 +67,13 @@ pub fn check_material(node: &Node, elasticity: &IsotropicElasticity, yield_stres
             );
             let help = is_jelly.then(|| format!("if MPa are meant: \"{} MPa\"", short(young_modulus)));
             warn(elastic_key(node), message, "what unit is meant?", help);
+            return;
         }
     }
     let Some(yield_stress) = yield_stress else { return };
     let ratio = yield_stress / young_modulus;
     if is_outside(ratio, YIELD_STRAINS) {
-        let units = [(1e6, "MPa"), (1e9, "GPa"), (1e3, "kPa")];
+        let units = [(1e6, "MPa"), (1e9, "GPa")];
         let is_common = |factor: f64| !is_outside(ratio * factor, COMMON_YIELD_STRAINS);
         let stress = units.into_iter().find(|(factor, _)| is_common(*factor));
         let modulus = units.into_iter().find(|(factor, _)| is_common(factor.recip()));

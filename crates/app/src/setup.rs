@@ -12,6 +12,7 @@ use crate::diagnostics::{Diagnostic, Diagnostics, Findings, listed, nearest};
 use crate::expectations::{self, Expectation};
 use crate::failure::Failure;
 use crate::fields::Field;
+use crate::format::short;
 use crate::memory;
 use crate::output::{OutputPlan, output_plan};
 use crate::plausibility;
@@ -162,11 +163,11 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     let expectations = expectations::resolve(&deck, diagnostics);
     let output = output_plan(&deck, diagnostics);
     check_temperature(&deck, &model.parts, diagnostics);
-    let connectivity = Connectivity::new(&mesh);
-    doubt(&deck, &mesh, &model, &connectivity, mesh_file.span, diagnostics);
     if diagnostics.has_errors() {
         return fault(findings, false);
     }
+    let connectivity = Connectivity::new(&mesh);
+    doubt(&deck, &mesh, &model, &connectivity, mesh_file.span, diagnostics);
     Ok(Problem {
         parts: describe_parts(&deck, &mesh),
         wall_names: tools::names(&deck),
@@ -282,7 +283,8 @@ fn merged(
         let message = format!("`mesh.merge`: no two nodes are within {:e} m of each other", tolerance.value.value);
         diagnostics.push(Diagnostic::warning(message).at(tolerance.span, "nothing is merged"));
     }
-    let words = format!("{} nodes joined to others, {:e} m away at most", merged.node_count, merged.largest_distance);
+    let words =
+        format!("{} nodes joined to others, {} m away at most", merged.node_count, short(merged.largest_distance));
     Some((merged.mesh, Some(words)))
 }
 
