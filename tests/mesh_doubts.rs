@@ -384,7 +384,7 @@ fn numbers_of_another_unit_are_told_with_the_likely_one() {
         "mesh", "box", "--output", "box.msh", "--force", "--size", "6.4", "6.4", "32.4", "--cells", "2", "2", "6",
     ]);
     let told = [
-        "the mesh is 6.4 × 6.4 × 32.4 m large, and sound goes through 0.8938 % of that until the end, 8e-5 s",
+        "the mesh is 6.4 × 6.4 × 32.4 m large, and sound goes through 0.8937 % of that until the end, 8e-5 s",
         "scale = 1e-3",
     ];
     said(&metal.replacen("1 ms", "80 us", 1)).assert(0, &told);
