@@ -163,10 +163,8 @@ fn described(mesh: &Mesh, body_of_element: &[u32], count: usize, piece_of_elemen
         }
         for &node in mesh.elements().nodes(element) {
             let position = mesh.coordinates()[node as usize];
-            for axis in 0..3 {
-                body.extent[0][axis] = body.extent[0][axis].min(position[axis]);
-                body.extent[1][axis] = body.extent[1][axis].max(position[axis]);
-            }
+            body.extent[0] = std::array::from_fn(|axis| body.extent[0][axis].min(position[axis]));
+            body.extent[1] = std::array::from_fn(|axis| body.extent[1][axis].max(position[axis]));
         }
     }
     let mut order: Vec<usize> = (0..count).collect();
