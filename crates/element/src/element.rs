@@ -75,8 +75,8 @@ pub trait Element<const NODES: usize>: Copy + Send + Sync + 'static {
     /// Whether volume change and mean stress are averaged over neighbours, see [`Neighbourhood`].
     const SHARES_VOLUME: bool = false;
 
-    /// Whether the linear forces of it are known, which the time step of the assembled mesh needs. Without them nobody asks for
-    /// [`Element::tangent`] and [`Element::linear_forces`], and what they give means nothing.
+    /// Whether the time step of the assembled mesh can be taken from [`Element::linear_forces`]. Where it cannot, they still give the
+    /// lowest frequencies.
     const HAS_LINEAR_FORCES: bool = false;
 
     /// Where the nodes of the parent element are.
@@ -118,10 +118,7 @@ pub trait Element<const NODES: usize>: Copy + Send + Sync + 'static {
         stable_time_step: R,
         motion: &ElementMotion<R, NODES>,
         step: &ElementStep,
-    ) -> Tangent<R> {
-        let _ = (elasticity, stable_time_step, motion, step);
-        Tangent::none()
-    }
+    ) -> Tangent<R>;
 
     /// Forces (K + 2C/Δt) u of the displacement u about the corners at `position`: of stiffness as if nothing yielded, of
     /// linear damping, and without the stiffness of stress itself; of operators that are not symmetric their symmetric part.
@@ -132,10 +129,7 @@ pub trait Element<const NODES: usize>: Copy + Send + Sync + 'static {
         tangent: &Tangent<R>,
         position: &[Vector3<R>; NODES],
         displacement: &[Vector3<R>; NODES],
-    ) -> [Vector3<R>; NODES] {
-        let _ = (elasticity, tangent, position, displacement);
-        [Vector3::zero(); NODES]
-    }
+    ) -> [Vector3<R>; NODES];
 }
 
 /// What the linear forces of an element depend on besides its elastic constants and its geometry.

@@ -35,12 +35,12 @@
 //! differs from the mean has the stiffness α² k.
 
 use crate::bulk_viscosity::{ViscousState, damped_step_factor};
-use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate};
+use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate, Tangent};
 use crate::stable_time_step::{ElasticBounds, Metrics, TetGeometry, TetParent};
 use crate::tet_parent::{self, CORNERS, SIGNS};
 use arrayvec::ArrayVec;
-use estar_material::{Material, Motion, PointGradients, PointState, StepKinematics};
-use estar_tensor::{Real, Rotation, Tensor, Vector3, array, prefetch};
+use estar_material::{IsotropicElasticity, Material, Motion, PointGradients, PointState, StepKinematics};
+use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, prefetch};
 
 /// Nodes of an element.
 pub const NODES: usize = 10;
@@ -369,6 +369,53 @@ impl Element<NODES> for Tet10 {
             stable_time_step: viscous
                 .map_or(undamped, |response| undamped * damped_step_factor(response.damping_ratio)),
         }
+    }
+
+    fn tangent<R: Real>(
+        self,
+        _: &IsotropicElasticity,
+        _: R,
+        _: &ElementMotion<R, NODES>,
+        _: &ElementStep,
+    ) -> Tangent<R> {
+        Tangent { stiffening: R::splat(1.0), ..Tangent::none() }
+    }
+
+    #[inline(always)]
+    fn linear_forces<R: Real>(
+        self,
+        elasticity: &IsotropicElasticity,
+        _: &Tangent<R>,
+        position: &NodeVectors<R>,
+        displacement: &NodeVectors<R>,
+    ) -> NodeVectors<R> {
+        let (shear, bulk) = (elasticity.shear_modulus(), elasticity.bulk_modulus());
+        // j D of the points, with j ∇u = (∂u/∂r) cof(∂x/∂r)ᵀ, and θ̄
+        let mut cofactors = ArrayVec::<Tensor<R>, POINTS>::new();
+        let mut strains = ArrayVec::<SymmetricTensor<R>, POINTS>::new();
+        let mut jacobians = ArrayVec::<R, POINTS>::new();
+        let (mut volume, mut change) = (R::splat(0.0), R::splat(0.0));
+        for (gradient, slope) in gradients(position).iter().zip(&gradients(displacement)) {
+            let cofactor = gradient.cofactor();
+            let strain = slope.dot(&cofactor.transpose()).symmetric_part();
+            let jacobian = gradient.columns[0].dot(cofactor.columns[0]);
+            volume += jacobian;
+            change += strain.trace();
+            cofactors.push(cofactor);
+            strains.push(strain);
+            jacobians.push(jacobian);
+        }
+        let mean = change / volume;
+        let mut fluxes = ArrayVec::<Tensor<R>, POINTS>::new();
+        for ((strain, cofactor), jacobian) in strains.iter().zip(&cofactors).zip(&jacobians) {
+            let strain = *strain * jacobian.recip();
+            // 2μ dev D + k (θ̄ + α² (θ − θ̄)) I
+            let trace = strain.trace();
+            let volumetric = (trace - mean).mul_add(R::splat(OWN_SHARE * OWN_SHARE), mean) * bulk;
+            let stress = (strain * R::splat(2.0 * shear)).plus_spherical(volumetric - trace * (2.0 / 3.0 * shear));
+            fluxes.push(stress.to_tensor().dot(&(*cofactor * R::splat(WEIGHT))));
+        }
+        node_sums(&fluxes)
     }
 }
 

@@ -10,10 +10,10 @@
 //! [`mean_stress_forces`].
 
 use crate::bulk_viscosity::{ViscousState, damped_step_factor};
-use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate, Neighbourhood};
+use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate, Neighbourhood, Tangent};
 use crate::stable_time_step::{ElasticBounds, Metrics};
 use crate::tet_parent::{self, SIGNS};
-use estar_material::{Material, Motion, PointGradients, PointState, StepKinematics};
+use estar_material::{IsotropicElasticity, Material, Motion, PointGradients, PointState, StepKinematics};
 use estar_tensor::{Real, Rotation, Vector3, prefetch};
 
 /// Nodes of an element.
@@ -261,5 +261,34 @@ impl Element<NODES> for Tet4 {
             stable_time_step: viscous
                 .map_or(undamped, |response| undamped * damped_step_factor(response.damping_ratio)),
         }
+    }
+    fn tangent<R: Real>(
+        self,
+        _: &IsotropicElasticity,
+        _: R,
+        _: &ElementMotion<R, NODES>,
+        _: &ElementStep,
+    ) -> Tangent<R> {
+        Tangent { stiffening: R::splat(1.0), ..Tangent::none() }
+    }
+
+    /// Of the tet alone, whose volume change is its own: f_a = V (2μ dev D + k tr D I) ∇N_a.
+    #[inline(always)]
+    fn linear_forces<R: Real>(
+        self,
+        elasticity: &IsotropicElasticity,
+        _: &Tangent<R>,
+        position: &NodeVectors<R>,
+        displacement: &NodeVectors<R>,
+    ) -> NodeVectors<R> {
+        let gradient = tet_parent::gradient(position);
+        let cofactor = gradient.cofactor();
+        let per_jacobian = gradient.columns[0].dot(cofactor.columns[0]).recip();
+        // j ∇u = (∂u/∂r) cof(∂x/∂r)ᵀ
+        let strain = tet_parent::gradient(displacement).dot(&cofactor.transpose()).symmetric_part() * per_jacobian;
+        let (shear, bulk) = (elasticity.shear_modulus(), elasticity.bulk_modulus());
+        let pressure = strain.trace() * (bulk - 2.0 / 3.0 * shear);
+        let stress = (strain * R::splat(2.0 * shear)).plus_spherical(pressure);
+        tet_parent::slopes(&stress.to_tensor().dot(&(cofactor * R::splat(tet_parent::VOLUME))))
     }
 }

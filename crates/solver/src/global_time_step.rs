@@ -27,13 +27,9 @@
 //! not. So once that growth, or a decline of the same kind, is [`TOLERATED_CHANGE`] of Λ the next estimate comes early. The step is never
 //! below that of the bound of the elements.
 
-use crate::assembly::RowLists;
-use crate::central_difference::CHUNK;
-use crate::constraints::dot;
+use crate::lanczos::Lanczos;
 use crate::simulation::Simulation;
-use crate::solid_block::NodalMotion;
 use estar_element::element::ElementStep;
-use rayon::prelude::*;
 
 /// ε, by which Lanczos' method may underestimate Λ.
 const UNDERESTIMATE: f64 = 0.04;
@@ -187,182 +183,11 @@ impl Simulation {
 
     /// θ, 1/s², with the damping of the step `time_step`. The rows of the patches serve as rows of the operator.
     fn largest_ritz_value(&mut self, lanczos: &mut Lanczos, time_step: f64) -> f64 {
-        let nodes = &self.nodes;
-        let reference = self.mesh.coordinates();
         let step = ElementStep { bulk_viscosity: self.settings.bulk_viscosity, time_step };
-        let motion = NodalMotion { reference, displacement: &nodes.displacement, velocity: &nodes.velocity };
-        for block in &mut self.blocks {
-            block.elements.find_tangents(motion, &step);
-        }
-        let (blocks, rows, row_lists) = (&self.blocks, &mut self.patch_forces, &self.row_lists);
-        lanczos.largest_ritz_value(self.step, &nodes.mass, row_lists, rows, |vector, rows| {
-            let motion = NodalMotion { velocity: vector, ..motion };
-            let mut rest = rows;
-            for block in blocks {
-                let (own, others) = rest.split_at_mut(block.elements.patches().row_count());
-                rest = others;
-                block.elements.apply_tangents(motion, own);
-            }
-        })
-    }
-}
-
-/// Lanczos' method in the inner product of the mass.
-struct Lanczos {
-    /// z_k = √b_k q_k with the normed vector q_k of the method.
-    vector: Vec<[f64; 3]>,
-    /// z_{k−1}, then z_{k+1}.
-    other: Vec<[f64; 3]>,
-    /// Of each chunk of nodes.
-    sums: Vec<f64>,
-    /// α_k = q_kᵀ K q_k.
-    diagonal: Vec<f64>,
-    /// b_{k+1} = β_k² = z_{k+1}ᵀ M z_{k+1}.
-    off_diagonal_squared: Vec<f64>,
-    steps: usize,
-}
-
-impl Lanczos {
-    fn new(node_count: usize, steps: usize) -> Self {
-        Self {
-            vector: vec![[0.0; 3]; node_count],
-            other: vec![[0.0; 3]; node_count],
-            sums: vec![0.0; node_count.div_ceil(CHUNK)],
-            diagonal: Vec::with_capacity(steps),
-            off_diagonal_squared: Vec::with_capacity(steps),
-            steps,
-        }
-    }
-
-    /// The largest Ritz value of M⁻¹K, where `apply` writes −K z to the rows of the patches.
-    fn largest_ritz_value(
-        &mut self,
-        seed: u64,
-        mass: &[f64],
-        row_lists: &RowLists,
-        rows: &mut [[f64; 4]],
-        apply: impl Fn(&[[f64; 3]], &mut [[f64; 4]]),
-    ) -> f64 {
-        self.diagonal.clear();
-        self.off_diagonal_squared.clear();
-        // z₁ = M^{−½} g with g in any direction alike
-        let start = |node: usize, _: [f64; 3], _: [f64; 3]| {
-            let scale = mass[node].sqrt().recip();
-            let normal = |axis: usize| scale * pseudo_normal(seed, (3 * node + axis) as u64);
-            let z = std::array::from_fn(normal);
-            (z, mass[node] * dot(&z, &z))
-        };
-        let mut square = self.sweep(start);
-        std::mem::swap(&mut self.vector, &mut self.other);
-        let mut square_before = f64::INFINITY;
-        for step in 0..self.steps {
-            apply(&self.vector, rows);
-            let rows = &*rows;
-            // w = M⁻¹ K q_k − β_{k−1} q_{k−1}, α = q_kᵀ K q_k
-            let (per_norm, share_before) = (square.sqrt().recip(), (square / square_before).sqrt());
-            let along = self.sweep(|node, z, before| {
-                let force = row_lists.sum(rows, node).map(|component| -component);
-                let scale = per_norm / mass[node];
-                (std::array::from_fn(|i| scale * force[i] - share_before * before[i]), dot(&z, &force))
-            });
-            let alpha = along / square;
-            self.diagonal.push(alpha);
-            if step + 1 == self.steps {
-                break;
-            }
-            // z_{k+1} = w − α q_k
-            let share = alpha * per_norm;
-            let next = self.sweep(|node, z, w| {
-                let z: [f64; 3] = std::array::from_fn(|i| w[i] - share * z[i]);
-                (z, mass[node] * dot(&z, &z))
-            });
-            // an invariant subspace, which of a random start is all of it, has been found
-            if next <= (f64::EPSILON * alpha).powi(2) {
-                break;
-            }
-            self.off_diagonal_squared.push(next);
-            std::mem::swap(&mut self.vector, &mut self.other);
-            (square_before, square) = (square, next);
-        }
-        largest_eigenvalue(&self.diagonal, &self.off_diagonal_squared)
-    }
-
-    /// Gives `other` at every node a new value from those of both vectors there, and sums what `value` gives besides.
-    fn sweep(&mut self, value: impl Fn(usize, [f64; 3], [f64; 3]) -> ([f64; 3], f64) + Sync) -> f64 {
-        let chunks = self.other.par_chunks_mut(CHUNK).zip(self.vector.par_chunks(CHUNK)).zip(&mut self.sums);
-        chunks.enumerate().for_each(|(chunk, ((other, vector), sum))| {
-            *sum = 0.0;
-            for (local, (other, vector)) in other.iter_mut().zip(vector).enumerate() {
-                let (new, term) = value(chunk * CHUNK + local, *vector, *other);
-                *other = new;
-                *sum += term;
-            }
-        });
-        self.sums.iter().sum()
-    }
-}
-
-/// A number close to normally distributed, of variance 1/3 of (2¹⁶)²: the sum of the four quarters of a hash (Steele, Lea & Flood
-/// 2014), exact on every machine.
-fn pseudo_normal(seed: u64, index: u64) -> f64 {
-    let golden = 0x9e37_79b9_7f4a_7c15_u64;
-    let mix = |z: u64| {
-        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    };
-    let bits = mix(mix(seed.wrapping_add(golden)).wrapping_add(index.wrapping_mul(golden)));
-    (0..4).map(|quarter| (bits >> (16 * quarter) & 0xffff) as f64 - 32767.5).sum()
-}
-
-/// The largest eigenvalue of a symmetric tridiagonal matrix, by bisection with Sturm's sequence.
-fn largest_eigenvalue(diagonal: &[f64], off_diagonal_squared: &[f64]) -> f64 {
-    // all pivots of T − x I are negative if and only if x is above every eigenvalue
-    let is_above = |x: f64| {
-        let mut pivot = f64::NEG_INFINITY;
-        diagonal.iter().enumerate().all(|(i, alpha)| {
-            let coupling = if i == 0 { 0.0 } else { off_diagonal_squared[i - 1] };
-            pivot = alpha - x - coupling / pivot;
-            pivot < 0.0
-        })
-    };
-    let mut low = diagonal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mut high = low + 2.0 * off_diagonal_squared.iter().copied().fold(0.0, f64::max).sqrt();
-    loop {
-        let middle = 0.5 * (low + high);
-        // no number lies between, or there are none at all
-        let splits = low < middle && middle < high;
-        if !splits {
-            return high;
-        }
-        if is_above(middle) { high = middle } else { low = middle }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn largest_eigenvalue_of_a_chain_of_springs_is_its_closed_form() {
-        // 2, −1: λ_max = 2 + 2 cos(π/(n + 1))
-        for n in [1_usize, 2, 7, 40] {
-            let exact = 2.0 + 2.0 * (std::f64::consts::PI / (n as f64 + 1.0)).cos();
-            let found = largest_eigenvalue(&vec![2.0; n], &vec![1.0; n - 1]);
-            assert!((found - exact).abs() < 1e-14, "{n}: {found} {exact}");
-        }
-    }
-
-    #[test]
-    fn starts_have_the_moments_of_a_normal_distribution() {
-        let numbers: Vec<f64> = (0..100_000).map(|i| pseudo_normal(3, i) / (65536.0 / 3.0_f64.sqrt())).collect();
-        let moment = |power| numbers.iter().map(|x| x.powi(power)).sum::<f64>() / numbers.len() as f64;
-        // four uniform numbers have the kurtosis 3 − 0.3
-        let found = [moment(1), moment(2), moment(3), moment(4)];
-        // four times what 10⁵ samples scatter, √((E x²ᵖ − (E xᵖ)²)/10⁵)
-        let exact = [(0.0, 0.013), (1.0, 0.017), (0.0, 0.05), (2.7, 0.1)];
-        for (found, (exact, scatter)) in found.into_iter().zip(exact) {
-            assert!((found - exact).abs() < scatter, "{found} {exact}");
-        }
+        let seed = self.step;
+        let mut operator = self.linear_operator(&step);
+        lanczos.start(seed, operator.mass, |_, z| z);
+        lanczos.extend_to(lanczos.planned(), &mut operator, |_, z| z);
+        lanczos.largest_ritz_value()
     }
 }
