@@ -143,7 +143,7 @@ fn mass_scaling_and_damping_have_their_bounds() {
     assert_told(&time("mass_scaling = { target_time_step = 0.0 }"), &["greater than 0"]);
     assert_told(&time("mass_scaling = { target_time_steps = 1e-8 }"), &["did you mean `target_time_step`?"]);
     assert_told(&time("mass_damping = -1.0"), &["mass_damping"]);
-    assert_told(&time("quasi_static = { transits = 0 }"), &["greater than 0"]);
+    assert_told(&time("quasi_static = { transits = 9.9 }"), &["`time.quasi_static.transits` must be 10 or greater"]);
     assert_told(&time("quasi_static = { damping = 2.0 }"), &["damping"]);
 }
 
@@ -184,7 +184,11 @@ fn all_faults_are_told_at_once_each_with_its_place() {
 #[test]
 fn a_broken_grammar_is_told_with_its_line() {
     let told = told_after("end = \"80 us\"", "end = 80 us");
-    assert_told(&told, &["deck.toml:32:7", "end = 80 us"]);
+    assert_told(&told, &["deck.toml:32:7", "end = 80 us", "a number with a unit is a string: \"80 us\""]);
+    let list = told_after("point = [0.0, 0.0, 0.0]", "point = [0.0, 0.0, 5 mm]");
+    assert_told(&list, &["a number with a unit is a string: \"5 mm\""]);
+    let name = told_after("theory = \"e-star\"", "theory = e-star");
+    assert_told(&name, &["strings stand in quotes: \"e-star\""]);
     assert_told(&self::told("a = 1\na = 2\n"), &["deck.toml:2:1", "duplicate key"]);
 }
 
@@ -197,7 +201,10 @@ fn an_empty_deck_lacks_what_every_deck_needs() {
 #[test]
 fn wrong_types_say_what_is_needed() {
     assert_told(&told_after("density = 8930.0", "density = [1]"), &["`material.copper.density` must be", "not a list"]);
-    assert_told(&told_after("directions = [\"x\"]", "directions = \"x\""), &["`fix.directions` must be a list"]);
+    assert_told(
+        &told_after("directions = [\"x\"]", "directions = \"x\""),
+        &["`fix.directions` must be a list", "directions = [\"x\"]"],
+    );
     assert_told(&told_after("[[part]]", "[part]"), &["`part` must be a list of tables, each headed [[part]]"]);
     assert_told(&told_after("[0.0, 0.0, \"-227 m/s\"]", "[0.0, 1.0]"), &["must have three components, not 2"]);
     assert_told(&told_after("title = \"Taylor bar\"", "title = 2024-01-01"), &["must be a string, not a date"]);
@@ -210,6 +217,53 @@ fn units_are_checked_and_suggested() {
     assert_told(&told_after("117 GPa", "117,5 GPa"), &["the decimal sign is a point"]);
     assert_told(&told_after("\"117 GPa\"", "nan"), &["must be a finite number"]);
     assert_told(&told_after("\"117 GPa\"", "\"1e999 GPa\""), &["must be a finite number"]);
+}
+
+#[test]
+fn units_are_read_as_people_write_them() {
+    for unit in ["117 N/mm2", "117e3 N/mm**2", "117000 N/mm²", "1.17e5N/mm2"] {
+        let reading = read(&GOOD.replacen("117 GPa", unit, 1));
+        assert!(reading.deck.is_some(), "{unit}");
+    }
+    let reading = read(&GOOD.replacen("117 GPa", "117000 N/mm2", 1).replacen("80 us", "80us", 1));
+    let deck = reading.deck.unwrap();
+    let elasticity = |deck: &deck::Deck| *deck.material.0[0].1.elasticity();
+    assert_eq!(elasticity(&deck), elasticity(&read(GOOD).deck.unwrap()));
+    assert_eq!(deck.time.end.value, 80e-6);
+}
+
+#[test]
+fn words_of_other_codes_are_answered_with_what_there_is_instead() {
+    let part = |key: &str| told_after("material = \"copper\"", &format!("material = \"copper\"\n{key}"));
+    assert_told(&part("element = \"C3D8R\""), &["cannot be \"C3D8R\"", "\"hex8-one-point\"", "1 error "]);
+    assert_told(&part("element = \"C3D10M\""), &["\"tet10\""]);
+    assert_told(&part("element = \"S4R\""), &["no shells"]);
+    assert_told(&part("elform = 2"), &["unknown key `elform`", "element = \"hex8-f-bar\""]);
+    let theory = |name: &str| told_after("theory = \"e-star\"", &format!("theory = \"{name}\""));
+    assert_told(&theory("johnson-cook"), &["law of hardening", "law = \"johnson-cook\""]);
+    assert_told(&theory("MAT_024"), &["law = \"tabulated\""]);
+    let top = |addition: &str| told(&format!("{addition}\n{GOOD}"));
+    assert_told(&top("units = \"mm\""), &["unknown key `units`", "SI units", "scale = 1e-3"]);
+    let table = |addition: &str| told(&format!("{GOOD}\n{addition}"));
+    assert_told(&table("[[contact]]\nfriction = 0.1"), &["unknown key `contact`", "[[rigid_wall]]"]);
+    assert_told(&table("[boundary]"), &["[[fix]]", "[[prescribed]]"]);
+    let pull =
+        "[[prescribed]]\ngroup = \"top\"\ndirection = \"z\"\nquantity = \"displacement\"\ncurve = \"disp.csv\"\n";
+    assert_told(&table(pull), &["must be a list of points [time, value], not a string", "curve = [[0.0, 0.0], ...]"]);
+    let listed = pull.replace("\"z\"", "[\"z\"]").replace("\"disp.csv\"", "[[0, 0], [1, 0]]");
+    assert_told(&table(&listed), &["one name, without brackets: \"z\""]);
+    // a word that nobody knows is answered with the choices, as ever
+    assert_told(&part("element = \"hex9\""), &["did you mean \"hex8\"?", "the choices are"]);
+}
+
+#[test]
+fn deck_of_the_other_kind_is_told_its_command() {
+    let point = "[material.copper]\ntheory = \"elastic\"\n[path]\nsteps = 10\n";
+    let told = told(point);
+    assert_told(&told, &["this is the deck of a material point", "run it by `estar point deck.toml`", "1 error "]);
+    let reading = deck::read_point(Path::new("deck.toml"), GOOD, &[]);
+    let told = reading.decoder.diagnostics.render(&reading.sources, false);
+    assert_told(&told, &["this is the deck of a simulation", "run it by `estar run deck.toml`", "1 error "]);
 }
 
 #[test]

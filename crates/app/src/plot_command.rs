@@ -2,6 +2,7 @@
 
 use crate::console::print;
 use crate::curves::{self, CurvePanel, plain};
+use crate::deck::units::{self, Dimension};
 use crate::failure::Failure;
 use crate::fields;
 use crate::plot::drawing::{self, Ink, Raster};
@@ -34,7 +35,7 @@ pub struct PlotArguments {
     /// Component of the field: x, y, z, xx, yy, zz, xy, yz or xz; the length of a vector unless given
     #[arg(long, value_name = "NAME")]
     component: Option<String>,
-    /// Frame at or before this time, s; the last unless given
+    /// Frame at or before this time, such as 20us or, in s, 2e-5; the last unless given
     #[arg(long, value_name = "TIME", conflicts_with = "animate", value_parser = time)]
     time: Option<f64>,
     /// From where: iso, x, y, z, or azimuth and elevation in degrees such as 30,20
@@ -73,8 +74,9 @@ fn view(text: &str) -> Result<View, String> {
 }
 
 fn time(text: &str) -> Result<f64, String> {
-    let time = text.parse::<f64>().ok().filter(|time| time.is_finite() && *time >= 0.0);
-    time.ok_or_else(|| "a number of seconds, 0 or greater".to_owned())
+    let time = units::parse(text).ok().filter(|time| time.dimension.is_none_or(|unit| unit == Dimension::TIME));
+    let time = time.map(|time| time.value).filter(|time| time.is_finite() && *time >= 0.0);
+    time.ok_or_else(|| "a time, 0 or greater, such as 20us or, in s, 2e-5".to_owned())
 }
 
 fn range(text: &str) -> Result<[f64; 2], String> {

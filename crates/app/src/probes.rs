@@ -98,7 +98,9 @@ impl Resolver<'_> {
                 Some(What::MaxRadius { nodes: nodes(&group.name.value)?, axis: index(*axis), centre: centre.value })
             }
             ProbeKind::Reaction { group, direction } => {
-                Some(What::Reaction { nodes: nodes(&group.name.value)?, direction: *direction })
+                let nodes = nodes(&group.name.value)?;
+                self.check_reaction(&group.name, &nodes, *direction);
+                Some(What::Reaction { nodes, direction: *direction })
             }
             ProbeKind::ContactForce { wall, direction } => {
                 let is_meant =
@@ -161,6 +163,35 @@ impl Resolver<'_> {
                 Some(What::Maximum { field: field.value, component, members })
             }
         }
+    }
+
+    /// A force is sought only where some node is held or driven.
+    fn check_reaction(&mut self, name: &At<String>, nodes: &[u32], direction: Direction) {
+        let fixes = self.deck.fix.iter().flat_map(|fix| {
+            fix.directions.iter().map(move |direction| (fix.group.name.value.as_str(), direction.value))
+        });
+        let driven = self.deck.prescribed.iter();
+        let driven = driven.map(|entry| (entry.group.name.value.as_str(), entry.direction.value));
+        let mut held: Vec<&str> =
+            fixes.chain(driven).filter(|(_, held)| *held == direction).map(|(name, _)| name).collect();
+        let is_held = |name: &&str| {
+            let group = self.mesh.group(name);
+            group.is_some_and(|group| group.nodes.iter().any(|node| nodes.binary_search(node).is_ok()))
+        };
+        if held.iter().any(is_held) {
+            return;
+        }
+        held.sort_unstable();
+        held.dedup();
+        let axis = ["x", "y", "z"][index(direction)];
+        let message = format!("nothing holds or drives a node of `{}` in {axis}: there is no reaction", name.value);
+        let help = match listed(held) {
+            none if none.is_empty() => format!(
+                "no [[fix]] and no [[prescribed]] acts in {axis}; the force of a rigid wall is kind = \"contact-force\""
+            ),
+            groups => format!("the groups that are held or driven in {axis} are {groups}"),
+        };
+        self.diagnostics.push(Diagnostic::error(message).at(name.span, "a free group").help(help));
     }
 
     fn node_of_label(&mut self, label: u64, span: Span) -> Option<u32> {

@@ -1,6 +1,7 @@
 //! From the tree of the deck to values: a decoder that finds every fault in one go.
 
 use super::schema::{Choice, Schema, TableSchema};
+use super::synonyms;
 use super::tree::{Entry, Node, Table, Value};
 use crate::diagnostics::{Diagnostic, Diagnostics, Span, listed, nearest};
 use estar_material::ParameterError;
@@ -134,8 +135,18 @@ impl Decoder {
 
     /// Reports that a value is of the wrong type.
     pub fn wrong_type(&mut self, node: &Node, wanted: &str) {
+        self.wrong_form(node, wanted, None);
+    }
+
+    /// Reports that a value is of the wrong type, with the right form if that is clear.
+    pub fn wrong_form(&mut self, node: &Node, wanted: &str, help: Option<String>) {
         let message = format!("`{}` must be {wanted}, not {}", self.place(), node.value.kind());
-        self.report(Diagnostic::error(message).at(node.span, format!("{wanted} is needed")));
+        self.report(Diagnostic::error(message).at(node.span, format!("{wanted} is needed")).help_if(help));
+    }
+
+    /// The key that the decoder is at.
+    pub fn key(&self) -> &str {
+        self.path.last().map_or("", String::as_str)
     }
 
     /// A material parameter, or its fault reported at the key of the table `node` that it came from.
@@ -184,20 +195,28 @@ impl Decoder {
     pub fn choice<T: Copy>(&mut self, node: &Node, choices: &[(Choice, T)]) -> Option<T> {
         let names = || choices.iter().map(|(choice, _)| choice.name);
         let Value::Text(text) = &node.value else {
-            self.wrong_type(node, &format!("one of the strings {}", listed(names())));
+            let one = match &node.value {
+                Value::List(list) => list.first().and_then(|node| match &node.value {
+                    Value::Text(text) if list.len() == 1 => Some(text),
+                    _ => None,
+                }),
+                _ => None,
+            };
+            let help = one.map(|text| format!("one name, without brackets: \"{text}\""));
+            self.wrong_form(node, &format!("one of the strings {}", listed(names())), help);
             return None;
         };
         if let Some((_, value)) = choices.iter().find(|(choice, _)| choice.name == text) {
             return Some(*value);
         }
-        let label = match nearest(text, names()) {
+        let instead = synonyms::of_name(&self.place(), text);
+        let label = match nearest(text, names()).filter(|_| instead.is_none()) {
             Some(name) => format!("did you mean \"{name}\"?"),
             None => "unknown".to_owned(),
         };
+        let help = instead.map_or_else(|| format!("the choices are {}", listed(names())), str::to_owned);
         let message = format!("`{}` cannot be \"{text}\"", self.place());
-        self.report(
-            Diagnostic::error(message).at(node.span, label).help(format!("the choices are {}", listed(names()))),
-        );
+        self.report(Diagnostic::error(message).at(node.span, label).help(help));
         None
     }
 }
@@ -314,13 +333,16 @@ impl TableReader<'_, '_> {
                 place => format!(" in `{place}`"),
             };
             let message = format!("unknown key `{}`{place}", entry.key);
-            let label = match nearest(&entry.key, known.iter().copied()) {
+            let nearest = nearest(&entry.key, known.iter().copied());
+            let instead = synonyms::of_key(&decoder.place(), &entry.key);
+            let label = match nearest.filter(|_| instead.is_none()) {
                 Some(name) => format!("did you mean `{name}`?"),
                 None => "unknown".to_owned(),
             };
-            let help = match owners.first() {
-                Some(owner) => format!("`{}` belongs to {owner}", entry.key),
-                None => format!("the keys are {}", listed(known.iter().copied())),
+            let help = match (owners.first(), instead) {
+                (Some(owner), _) => format!("`{}` belongs to {owner}", entry.key),
+                (None, Some(instead)) => instead.to_owned(),
+                (None, None) => format!("the keys are {}", listed(known.iter().copied())),
             };
             decoder.report(Diagnostic::error(message).at(entry.key_span, label).help(help));
         }

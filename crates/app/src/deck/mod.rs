@@ -14,13 +14,15 @@ pub mod probe;
 pub mod schema;
 pub mod settings;
 pub mod source;
+mod synonyms;
 pub mod tree;
 pub mod units;
 pub mod values;
 
-use crate::diagnostics::Sources;
+use crate::diagnostics::{Diagnostic, Sources};
 use decoder::{Decoder, ReadKeys};
 use estar_material::MaterialModel;
+use estar_solver::Interpolation;
 use macros::deck_table;
 use model::{
     FixTable, GravityTable, InitialVelocityTable, MeshTable, PartTable, PrescribedTable, PressureTable, RigidWallTable,
@@ -70,6 +72,17 @@ deck_table! {
     }
 }
 
+impl Deck {
+    /// How a curve runs between its points, where `chosen` is what the deck says of it.
+    pub fn interpolation(&self, chosen: Option<Interpolation>) -> Interpolation {
+        chosen.unwrap_or(match self.time.quasi_static {
+            // a process that begins and ends at rest, and does not stop on its way
+            Some(_) => Interpolation::Monotone,
+            None => Interpolation::Linear,
+        })
+    }
+}
+
 /// A deck that has been read: its texts, what it says as far as it could be read, and what the decoder found out.
 #[derive(Debug)]
 pub struct Reading<D = Deck> {
@@ -83,12 +96,53 @@ pub struct Reading<D = Deck> {
 
 /// Reads the text of the deck at `path`, with the overrides of the command line.
 pub fn read(path: &Path, text: &str, overrides: &[String]) -> Reading {
-    read_as(path, text, overrides, |deck, _, _| Some(deck))
+    read_as(path, text, overrides, Kind::Simulation, |deck, _, _| Some(deck))
 }
 
 /// Reads the text of the deck of a material point at `path`, with the overrides of the command line.
 pub fn read_point(path: &Path, text: &str, overrides: &[String]) -> Reading<PointProblem> {
-    read_as(path, text, overrides, PointProblem::new)
+    read_as(path, text, overrides, Kind::Point, PointProblem::new)
+}
+
+/// What a deck is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Simulation,
+    Point,
+}
+
+impl Kind {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Simulation => "simulation",
+            Self::Point => "material point",
+        }
+    }
+
+    fn command(self) -> &'static str {
+        match self {
+            Self::Simulation => "estar run",
+            Self::Point => "estar point",
+        }
+    }
+
+    /// The keys that only decks of this kind have and all of them need.
+    fn marks(self) -> &'static [&'static str] {
+        match self {
+            Self::Simulation => &["mesh", "part", "time"],
+            Self::Point => &["path"],
+        }
+    }
+
+    /// The other kind, if the deck is plainly of that one.
+    fn other_of(self, tree: &Node) -> Option<Self> {
+        let other = match self {
+            Self::Simulation => Self::Point,
+            Self::Point => Self::Simulation,
+        };
+        let has = |key: &&str| tree.value.entry(key).is_some();
+        (other.marks().iter().all(|key| has(key)) && !self.marks().iter().any(|key| has(key))).then_some(other)
+    }
 }
 
 /// Reads a deck whose keys are those of `D`; `finish` makes of it, and of its tree, what is wanted.
@@ -96,6 +150,7 @@ fn read_as<D: ReadKeys, P>(
     path: &Path,
     text: &str,
     overrides: &[String],
+    kind: Kind,
     finish: impl FnOnce(D, &Node, &mut Decoder) -> Option<P>,
 ) -> Reading<P> {
     let mut sources = Sources::default();
@@ -107,9 +162,14 @@ fn read_as<D: ReadKeys, P>(
     for argument in overrides {
         tree::apply_override(&mut tree, argument, &mut sources, &mut decoder.diagnostics);
     }
-    // what a broken grammar leaves of the deck would only breed false alarms
+    // what a broken grammar leaves of the deck would only breed false alarms, and so would a deck of the other kind
     let mut deck = None;
-    if is_whole {
+    if is_whole && let Some(other) = kind.other_of(&tree) {
+        let message = format!("this is the deck of a {}", other.words());
+        let place = tree.span.beginning();
+        let help = format!("run it by `{} {}`", other.command(), path.display());
+        decoder.report(Diagnostic::error(message).at(place, format!("not of a {}", kind.words())).help(help));
+    } else if is_whole {
         let read = decoder.table(&tree);
         check_names(&mut decoder);
         deck = read.and_then(|read| finish(read, &tree, &mut decoder));
@@ -122,7 +182,7 @@ fn read_as<D: ReadKeys, P>(
 
 /// Every name that is used must be defined, and none twice.
 fn check_names(decoder: &mut Decoder) {
-    use crate::diagnostics::{Diagnostic, listed, nearest};
+    use crate::diagnostics::{listed, nearest};
     for (index, definition) in decoder.definitions.iter().enumerate() {
         let same = |other: &&decoder::Mention| other.of == definition.of && other.name.value == definition.name.value;
         if let Some(first) = decoder.definitions[..index].iter().find(same) {

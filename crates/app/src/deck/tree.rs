@@ -1,5 +1,6 @@
 //! The deck as a tree of values that know where they were written.
 
+use super::units;
 use crate::diagnostics::{Diagnostic, Diagnostics, SourceId, Sources, Span};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -89,10 +90,28 @@ pub fn parse(source: SourceId, text: &str, diagnostics: &mut Diagnostics) -> Nod
     let (table, errors) = DeTable::parse_recoverable(text);
     for error in errors {
         let range = error.span().unwrap_or(0..0);
-        diagnostics.push(Diagnostic::error(error.message().trim_end()).at(Span::new(source, range), "here"));
+        let help = [range.start, range.end].into_iter().find_map(|place| right_form(text, place));
+        let diagnostic = Diagnostic::error(error.message().trim_end()).at(Span::new(source, range), "here");
+        diagnostics.push(diagnostic.help_if(help));
     }
     let span = Span::new(source, 0..text.len());
     Node { span, value: Value::Table(table_of(source, table.get_ref())) }
+}
+
+/// How the value at a place of a text that is no TOML would be written, if that is clear: a quantity or a name without its quotes.
+fn right_form(text: &str, place: usize) -> Option<String> {
+    let (before, after) = (text.get(..place)?, text.get(place..)?);
+    let start = before.rfind(['=', ',', '[', '{', '\n']).map_or(0, |mark| mark + 1);
+    let end = after.find([',', ']', '}', '#', '\n']).map_or(text.len(), |length| place + length);
+    let value = text.get(start..end)?.trim();
+    let is_quantity = units::parse(value).is_ok_and(|measured| measured.dimension.is_some());
+    if is_quantity {
+        return Some(format!("a number with a unit is a string: \"{value}\""));
+    }
+    let is_after_key = text.get(..start)?.ends_with(['=', ',', '[']);
+    let is_name = value.starts_with(|c: char| c.is_alphabetic())
+        && value.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | '/'));
+    (is_after_key && is_name).then(|| format!("strings stand in quotes: \"{value}\""))
 }
 
 /// The parser bounds the depth, and with it this recursion.

@@ -412,14 +412,16 @@ fn is_unit_letter(c: char) -> bool {
     (c.is_alphabetic() || c == '%' || c == '°') && c != '²' && c != '³'
 }
 
-/// The power after a unit (`^2`, `²`, nothing), from −9 to 9, and what follows.
+/// The power after a unit (`^2`, `²`, a bare `2` or `-1`, nothing), from −9 to 9, and what follows.
 fn unit_power(text: &str) -> Option<(i8, &str)> {
     for (mark, power) in [("²", 2), ("³", 3)] {
         if let Some(rest) = text.strip_prefix(mark) {
             return Some((power, rest));
         }
     }
-    let Some(rest) = text.strip_prefix('^').or_else(|| text.strip_prefix("**")) else { return Some((1, text)) };
+    let marked = text.strip_prefix('^').or_else(|| text.strip_prefix("**"));
+    let is_bare = text.strip_prefix('-').unwrap_or(text).starts_with(|c: char| c.is_ascii_digit());
+    let Some(rest) = marked.or(is_bare.then_some(text)) else { return Some((1, text)) };
     let sign = usize::from(rest.starts_with('-'));
     let end = sign + rest[sign..].bytes().take_while(u8::is_ascii_digit).count();
     let power: i8 = rest[..end].parse().ok()?;
@@ -453,6 +455,11 @@ mod tests {
             ("180 deg", std::f64::consts::PI, Dimension::NUMBER),
             ("9.81 m/s^2", 9.81, Dimension::ACCELERATION),
             ("9.81 m s^-2", 9.81, Dimension::ACCELERATION),
+            ("9.81 m/s2", 9.81, Dimension::ACCELERATION),
+            ("9.81 m s-2", 9.81, Dimension::ACCELERATION),
+            ("117 N/mm2", 117e6, Dimension::STRESS),
+            ("8.93 g/cm3", 8930.0, Dimension::DENSITY),
+            ("20us", 20e-6, Dimension::TIME),
             ("3 N/mm^2", 3e6, Dimension::STRESS),
             ("1 in", 0.0254, Dimension::LENGTH),
             ("+1.e3 kN", 1e6, Dimension::FORCE),
@@ -481,7 +488,22 @@ mod tests {
         };
         assert_eq!(parse("3 gpa"), unknown("gpa", Some("GPa")));
         assert_eq!(parse("3 furlong"), unknown("furlong", None));
-        for text in ["3 m/", "3 /", "3 m^", "3 m^99", "3 m^x", "3 (m", "3 m)", "3 m//s", "3 kg/((m))", "1e", "3 m 2"] {
+        for text in [
+            "3 m/",
+            "3 /",
+            "3 m^",
+            "3 m^99",
+            "3 m^x",
+            "3 m99",
+            "3 m2x",
+            "3 2",
+            "3 (m",
+            "3 m)",
+            "3 m//s",
+            "3 kg/((m))",
+            "1e",
+            "3 m 2",
+        ] {
             assert!(parse(text).is_err(), "{text}");
         }
     }

@@ -125,6 +125,15 @@ impl Measure for AtLeastOne {
     const INTERVAL: Interval = Interval { low: Some(Included(1.0)), high: None };
 }
 
+/// A number so great that what lasts so many half periods of a vibration can be called slow.
+#[derive(Clone, Copy, Debug)]
+pub struct AtLeastTen;
+
+impl Measure for AtLeastTen {
+    const DIMENSION: Dimension = Dimension::NUMBER;
+    const INTERVAL: Interval = Interval { low: Some(Included(10.0)), high: None };
+}
+
 /// A share of a whole: from 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Share;
@@ -370,7 +379,13 @@ impl<M: Measure> FromDeck for TimePoints<M> {
 /// A list of pairs of quantities.
 pub fn decode_pairs<X: Measure, Y: Measure>(node: &Node, decoder: &mut Decoder, pair: &str) -> Option<Vec<[f64; 2]>> {
     let Value::List(list) = &node.value else {
-        decoder.wrong_type(node, &format!("a list of points {pair}"));
+        let help = match &node.value {
+            Value::Text(_) => {
+                Some(format!("points stand in the deck, no file is read: {} = [[0.0, 0.0], ...]", decoder.key()))
+            }
+            _ => None,
+        };
+        decoder.wrong_form(node, &format!("a list of points {pair}"), help);
         return None;
     };
     let mut points = Vec::with_capacity(list.len());
@@ -444,7 +459,11 @@ impl<T: FromDeck> FromDeck for Vec<T> {
                 Schema::Table(_) => format!("a list of tables, each headed [[{}]]", decoder.place()),
                 _ => "a list".to_owned(),
             };
-            decoder.wrong_type(node, &wanted);
+            let help = match &node.value {
+                Value::Text(text) => Some(format!("{} = [\"{text}\"]", decoder.key())),
+                _ => None,
+            };
+            decoder.wrong_form(node, &wanted, help);
             return None;
         };
         let values: Vec<Option<T>> = list.iter().map(|node| T::decode(node, decoder)).collect();
