@@ -21,13 +21,17 @@ use std::process::ExitCode;
 
 /// Explicit finite elements for solids that deform a lot and yield.
 #[derive(Debug, Parser)]
-#[command(version, after_help = EXIT_STATUS)]
+#[command(version, after_help = AFTER_HELP)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 }
 
-const EXIT_STATUS: &str = "\
+const AFTER_HELP: &str = "\
+Read on: `estar example --list` has ready decks; `estar COMMAND --help` and `estar man | man -l -` tell every option; \
+docs/README.md beside the source is the book: tutorials, the keys of a deck (docs/deck.md), what to do about a message \
+(docs/troubleshooting.md).
+
 Exit status: 0 done; 2 bad input (deck, mesh, command line); 3 the simulation failed (inverted element, value not \
 finite, energy error over the limit); 4 a file could not be read or written; 5 an expectation was not met; 130 stopped \
 by Ctrl-C.";
@@ -264,17 +268,31 @@ fn print_completions(shell: Shell) -> Result<(), Failure> {
 
 /// The page of the program, and those of its commands one after another.
 fn print_manual() -> Result<(), Failure> {
+    let mut program = Cli::command();
+    program.build();
+    let mut pages = String::new();
+    write_manual(&program, "estar", &mut pages)?;
+    print(&pages)
+}
+
+/// The page of a command called `name`, then those of its commands.
+fn write_manual(command: &clap::Command, name: &str, pages: &mut String) -> Result<(), Failure> {
     let mut page = Vec::new();
-    let program = Cli::command();
-    let mut render = |command: clap::Command| {
-        clap_mangen::Man::new(command).render(&mut page).map_err(Failure::writing(Path::new("standard output")))
-    };
-    render(program.clone())?;
-    for command in program.get_subcommands() {
-        let name = format!("estar-{}", command.get_name());
-        render(command.clone().name(name))?;
+    let version = env!("CARGO_PKG_VERSION");
+    let titled = command.clone().name(name.to_owned()).version(version);
+    let titled = titled.display_name(name.to_owned()).bin_name(name.to_owned());
+    clap_mangen::Man::new(titled).render(&mut page).map_err(Failure::writing(Path::new("standard output")))?;
+    let mut page = String::from_utf8_lossy(&page).into_owned();
+    for inner in command.get_subcommands() {
+        // the pages are all in one, and no other page is installed
+        let reference = format!("{name}-{}(1)", inner.get_name()).replace('-', "\\-");
+        page = page.replace(&reference, &format!("{name} {}", inner.get_name()).replace('-', "\\-"));
     }
-    print(&String::from_utf8_lossy(&page))
+    pages.push_str(&page);
+    for inner in command.get_subcommands().filter(|inner| inner.get_name() != "help") {
+        write_manual(inner, &format!("{name} {}", inner.get_name()), pages)?;
+    }
+    Ok(())
 }
 
 fn print_schema(schema: &serde_json::Value) -> Result<(), Failure> {
