@@ -113,6 +113,14 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
         &[("material = \"rubber\"", "material = \"steel\"")],
         "deck.toml:15:12",
     );
+    input.deck(
+        "word of another code",
+        &[("material = \"rubber\"", "material = \"rubber\"\nelement = \"C3D8R\"")],
+        "deck.toml:16:11",
+    );
+    input.addition("what there is in other codes", "[[contact]]\nfriction = 0.2\n", &[], 2, "deck.toml:27:3");
+    let path = "[material.steel]\n[path]\nsteps = 10\n";
+    input.answer("deck of a material point", path, b"", &[], 2, "estar point");
     input.deck("no TOML", &[("end = \"20 ms\"", "end = 20 ms")], "deck.toml:22");
     let curve = "[[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\nquantity = \"displacement\"\ncurve = [[0, 0], [2, 1], [1, 1]]\n";
     input.addition("curve that does not increase", curve, &[], 2, "deck.toml:31:26");
@@ -165,6 +173,10 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     input.section("Model");
     let fix = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"y\"]\n";
     let pull = "[[prescribed]]\ngroup = \"z_max\"\ndirection = \"y\"\nquantity = \"displacement\"\ncurve = [[0, 0], [1, 0.1]]\n";
+    let jump = pull.replace("[1, 0.1]", "[0.01, 0], [0.010000001, 0.1]");
+    input.addition("displacement that jumps", &jump, &[], 2, "deck.toml:27");
+    let idle = "[[probe]]\nname = \"force\"\nkind = \"reaction\"\ngroup = \"x_max\"\ndirection = \"y\"\n";
+    input.addition("reaction where nothing is held", &format!("{fix}{idle}"), &[], 2, "nothing holds or drives");
     input.addition("nodes that are held and moved", &format!("{fix}{pull}"), &[], 2, "both fixed and prescribed");
     let twice = "[[part]]\ngroup = \"box\"\nmaterial = \"rubber\"\n";
     let tets = ["--set", "part.0.element='tet10'"];
@@ -195,11 +207,12 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     let heavy = "time.mass_scaling={ target_time_step = 1e-3 }";
     input.addition("more added mass than allowed", "", &["--set", heavy], 2, "stays within the limit");
     let slow = "time.quasi_static={ transits = 1e6 }";
-    input.addition("process that is not slow", "", &["--set", slow], 2, "too fast");
-    let flying = &["--set", "time.quasi_static={ transits = 1.0 }"];
+    let resting = replaced(DECK, &[("[[initial_velocity]]\ngroup = \"box\"\nvalue = [1.0, 0.0, 0.0]\n", "")]);
+    input.answer("process that is not slow", &resting, mesh.as_bytes(), &["--set", slow], 2, "too fast");
+    let flying = &["--set", "time.quasi_static={}"];
     input.addition("slow process that begins in motion", "", flying, 2, "begins at rest");
     let twice = "time.mass_damping=1.0";
-    let settings = &["--set", "time.quasi_static={ transits = 1.0 }", "--set", twice];
+    let settings = &["--set", "time.quasi_static={}", "--set", twice];
     input.addition("damping that is chosen twice", "", settings, 2, "chooses the damping itself");
     input.addition("threads that no machine has", "", &["--threads", "100000"], 2, "4096");
 
@@ -229,7 +242,7 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     let crush = "[[fix]]\ngroup = \"x_min\"\ndirections = [\"x\"]\n[[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\n\
                  quantity = \"displacement\"\ncurve = [[0, 0], [\"20 ms\", -3]]\n";
     input.addition("element that inverts", crush, &["--set", "time.energy_error_limit=1e9"], 3, "element");
-    let torn = crush.replace("-3", "1e300");
+    let torn = crush.replace("displacement", "velocity").replace("-3", "1e300");
     input.addition("values that are not finite", &torn, &["--set", "time.energy_error_limit=1e300"], 3, "step 1");
     input.addition("energy that does not balance", crush, &["--set", "time.energy_error_limit=1e-3"], 3, "energy");
     let heavy = "time.mass_scaling={ factor = 4.0 }";

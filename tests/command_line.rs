@@ -112,7 +112,7 @@ fn every_probe_sees_the_free_flight() {
             "kind = \"max-radius\"\ngroup = \"x_min\"\naxis = \"x\"\ncentre = [0, 0.5, \"500 mm\"]",
             "0.7071067811865476",
         ),
-        probe("reaction", "kind = \"reaction\"\ngroup = \"x_min\"\ndirection = \"x\"", "\"0 N\""),
+        probe("reaction", "kind = \"reaction\"\ngroup = \"y_min\"\ndirection = \"y\"", "\"0 N\""),
         probe("node", &format!("kind = \"node\"\nlabel = 5\n{node}"), "\"20 mm\""),
         probe("element", &format!("kind = \"element\"\nlabel = 3\n{hex}"), "0.0"),
         probe("nodes", &format!("kind = \"group-average\"\ngroup = \"y_max\"\n{node}"), "0.02"),
@@ -121,7 +121,8 @@ fn every_probe_sees_the_free_flight() {
         probe("strain", "kind = \"maximum\"\ngroup = \"box\"\nfield = \"equivalent_plastic_strain\"", "0"),
     ];
     let workshop = Workshop::new();
-    workshop.run(&probes.concat(), &[]).assert(0, &[]);
+    let fix = "[[fix]]\ngroup = \"y_min\"\ndirections = [\"y\"]\n";
+    workshop.run(&format!("{fix}{}", probes.concat()), &[]).assert(0, &[]);
     assert_eq!(workshop.summary()["expectations"].as_array().unwrap().len(), 9);
     assert_eq!(workshop.summary()["expectations_met"], true);
 }
@@ -887,7 +888,7 @@ fn a_run_is_plotted_without_a_display() {
     assert_eq!(png_of(&workshop, "small/animation.png"), ([320, 240], true));
 
     workshop.estar(&["run", "deck.toml", "--output", "other", "--quiet"]).assert(0, &[]);
-    let compared = ["plot", "deck", "--compare", "other", "--field", "displacement", "--time", "0.01"];
+    let compared = ["plot", "deck", "--compare", "other", "--field", "displacement", "--time", "10ms"];
     workshop.estar(&compared).assert(0, &[]);
 }
 
@@ -957,9 +958,16 @@ fn completions_and_the_manual_know_every_command() {
     workshop.estar(&["completions", "tcsh"]).assert(2, &["bash"]);
     let said = workshop.estar(&["man"]);
     said.assert(0, &[]);
-    for word in [".TH", "estar\\-run", "estar\\-plot"] {
+    for word in [".TH", "estar run", "estar plot", "estar mesh box", "docs/README.md"] {
         assert!(said.text.contains(word), "{word}");
     }
+    // every page that is referred to is there
+    let title =
+        |line: &str| line.strip_prefix(".TH ").map(|rest| rest.split(" 1").next().unwrap_or(rest).replace('"', ""));
+    let titles: Vec<String> = said.text.lines().filter_map(title).collect();
+    assert!(titles.iter().any(|title| title == "estar mesh info"), "{titles:?}");
+    assert!(!said.text.contains("(1)"), "a page of its own is named");
+    assert!(workshop.estar(&["--help"]).text.contains("docs/README.md"));
 }
 
 #[test]
@@ -977,4 +985,20 @@ fn a_mesh_is_converted_for_paraview_with_its_groups() {
     workshop.estar(&["convert", "nowhere.msh"]).assert(4, &["nowhere.msh"]);
     workshop.write("text.msh", "no mesh");
     workshop.estar(&["convert", "text.msh"]).assert(2, &["text.msh"]);
+}
+
+#[test]
+fn end_of_a_run_has_units_and_leaves_out_what_is_nothing() {
+    let workshop = Workshop::new();
+    let probes = "[[probe]]\nname = \"length\"\nkind = \"extent\"\ngroup = \"box\"\naxis = \"x\"\n\
+                  [[probe]]\nname = \"strain\"\nkind = \"maximum\"\ngroup = \"box\"\nfield = \"equivalent_plastic_strain\"\n";
+    let said = workshop.run(probes, &[]);
+    said.assert(0, &[]);
+    assert!(!said.text.contains("0.000000e0 J"), "{}", said.text);
+    assert!(said.text.contains("other rows of the energy ledger are 0"), "{}", said.text);
+    let line =
+        |name: &str| said.text.lines().find(|line| line.trim_start().starts_with(name)).unwrap_or_default().to_owned();
+    assert!(line("kinetic energy").ends_with(" J"), "{}", said.text);
+    assert!(line("length").ends_with("e0 m"), "{}", said.text);
+    assert!(line("strain").ends_with("0.000000e0"), "{}", said.text);
 }

@@ -1,14 +1,19 @@
-//! Constraints that contradict each other.
+//! Constraints that contradict each other, and displacements that jump.
 
 use crate::deck::Deck;
 use crate::deck::model::PrescribedTable;
 use crate::diagnostics::{Diagnostic, Diagnostics, Span};
+use crate::setup::Problem;
 use estar_mesh::Mesh;
 use estar_solver::Curve;
-use estar_solver::model::{Direction, Quantity};
+use estar_solver::model::{Direction, Part, Quantity};
 
 /// Reports nodes that are held and moved, or moved in two ways, in one direction.
 pub fn check(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) {
+    let motion = |prescribed: &PrescribedTable| {
+        let interpolation = deck.interpolation(prescribed.interpolation);
+        (prescribed.motion.quantity(), prescribed.motion.curve(interpolation))
+    };
     for fix in deck.fix.iter().filter(|fix| fix.directions.is_empty()) {
         let diagnostic = Diagnostic::error("`fix.directions` is empty: nothing is held").at(fix.span, "this fix");
         diagnostics.push(diagnostic.help("such as directions = [\"x\", \"y\"]"));
@@ -39,13 +44,59 @@ pub fn check(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) {
     }
 }
 
+/// A displacement that the deck prescribes.
+#[derive(Clone, Debug)]
+pub struct Driven {
+    /// Where the deck does.
+    span: Span,
+    curve: Curve,
+}
+
+/// The displacements that a deck prescribes, of nodes and of tools.
+pub fn driven(deck: &Deck) -> Vec<Driven> {
+    let of_nodes = deck.prescribed.iter().map(|entry| (&entry.motion, entry.interpolation, entry.span));
+    let of_tools = deck.rigid_wall.iter().filter_map(|wall| wall.motion.as_ref());
+    let of_tools = of_tools.map(|entry| (&entry.motion, entry.interpolation, entry.span));
+    let displacements = of_nodes.chain(of_tools).filter(|(motion, ..)| motion.quantity() == Quantity::Displacement);
+    let driven = displacements.filter_map(|(motion, interpolation, span)| {
+        Some(Driven { span, curve: motion.curve(deck.interpolation(interpolation))? })
+    });
+    driven.collect()
+}
+
+/// A prescribed displacement may not go further in a step than a wave does; what it does between two points that are less than a
+/// step apart is a blow, and may not be more than this share of that.
+const BLOW: f64 = 0.1;
+
+/// Reports displacements that jump while the time goes on in steps of about `time_step`, or outrun every wave.
+pub fn jumps(problem: &Problem, time_step: f64) -> Diagnostics {
+    let factor = problem.quasi_static.map_or(1.0, |chosen| chosen.mass_factor);
+    // c = √((k + 4μ/3)/ρ), of the fastest material
+    let speed = |part: &Part| {
+        let elasticity = part.material.elasticity();
+        (elasticity.p_wave_modulus() / (elasticity.density() * factor)).sqrt()
+    };
+    let speed = problem.model.parts.iter().map(speed).fold(0.0, f64::max);
+    let mut diagnostics = Diagnostics::default();
+    for Driven { span, curve } in &problem.driven {
+        let within = speed * time_step;
+        let blow = curve.largest_rise(time_step).filter(|(rise, _)| *rise > BLOW * within);
+        let (change, time) = curve.largest_change(time_step);
+        let Some((change, time)) = blow.or((change > within).then_some((change, time))) else { continue };
+        let message = format!("the prescribed displacement jumps by {change:.3e} m at {time:.6e} s");
+        let label = format!("a step is about {time_step:.3e} s");
+        let help = format!(
+            "let it take longer: waves run at {speed:.4e} m/s and nothing is to be driven faster; what begins to move at once has \
+             quantity = \"velocity\""
+        );
+        diagnostics.push(Diagnostic::error(message).at(*span, label).help(help));
+    }
+    diagnostics
+}
+
 fn report(message: String, prescribed: &PrescribedTable, other: Span, label: &str, diagnostics: &mut Diagnostics) {
     let diagnostic = Diagnostic::error(message).at(prescribed.direction.span, "prescribed here").at(other, label);
     diagnostics.push(diagnostic.help("take the common nodes out of one of the groups, or drop one of the two"));
-}
-
-fn motion(prescribed: &PrescribedTable) -> (Quantity, Option<Curve>) {
-    (prescribed.motion.quantity(), prescribed.motion.curve(prescribed.interpolation))
 }
 
 fn name(direction: Direction) -> &'static str {

@@ -1,8 +1,9 @@
 //! What a run that has ended is to be doubted for: each doubt in the run's own numbers, with what helps.
 
 use crate::deck::model::element_name;
+use crate::quasi_static::{MOST_DAMPING, MOST_KINETIC};
 use crate::setup::Problem;
-use crate::summary::{PartSummary, Summary, number};
+use crate::summary::{PartSummary, QuasiStaticSummary, Summary, number};
 use estar_solver::model::Formulation;
 
 /// Work against hourglass control over internal energy, above which practice no longer takes it for a small correction.
@@ -19,7 +20,8 @@ pub fn warnings(summary: &Summary, problem: &Problem, in_play: f64) -> Vec<Strin
     let hourglass = summary.parts.iter().filter_map(|part| of_hourglass(part, in_play));
     let gone = summary.parts.iter().filter_map(of_deletion);
     let contact = of_contact(summary.energies.contact_energy, in_play);
-    hourglass.chain(of_energy(summary.energy_error, problem)).chain(contact).chain(gone).collect()
+    let slowness = summary.quasi_static.iter().flat_map(of_slowness);
+    hourglass.chain(of_energy(summary.energy_error, problem)).chain(contact).chain(gone).chain(slowness).collect()
 }
 
 fn of_hourglass(part: &PartSummary, in_play: f64) -> Option<String> {
@@ -78,6 +80,28 @@ pub fn energy_advice(problem: &Problem) -> String {
             of_f_bar.join(", ")
         )
     }
+}
+
+/// What is to be doubted of a process that should be slow.
+fn of_slowness(summary: &QuasiStaticSummary) -> Vec<String> {
+    let mut doubts = Vec::new();
+    if summary.largest_kinetic_over_internal > MOST_KINETIC {
+        doubts.push(format!(
+            "warning: the kinetic energy was up to {:.1} % of the internal energy, where up to {:.0} % is taken for quasi-static: \
+             more `transits` in [time] quasi_static make the process slower",
+            100.0 * summary.largest_kinetic_over_internal,
+            100.0 * MOST_KINETIC
+        ));
+    }
+    if summary.damping_over_external_work > MOST_DAMPING {
+        doubts.push(format!(
+            "warning: damping took {:.1} % of the external work, where up to {:.0} % is taken for quasi-static: forces are too large by \
+             about as much; more `transits` or less `damping` in [time] quasi_static",
+            100.0 * summary.damping_over_external_work,
+            100.0 * MOST_DAMPING
+        ));
+    }
+    doubts
 }
 
 fn of_deletion(part: &PartSummary) -> Option<String> {

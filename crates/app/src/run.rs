@@ -3,6 +3,7 @@
 use crate::checkpoint::{self, Bits, Bookmark, Identity};
 use crate::console::{Console, is_coloured, tell};
 use crate::deck::settings::CheckpointEvery;
+use crate::deck::units::Dimension;
 use crate::expectations::{self, Expectation, Moment, Outcome};
 use crate::failure::Failure;
 use crate::format::{bytes, count, duration, prefixed};
@@ -14,8 +15,8 @@ use crate::lock::Lock;
 use crate::output::{Schedule, clear_directory, default_directory, make_directory};
 use crate::passing::Passing;
 use crate::plausibility;
+use crate::probes::Probe;
 use crate::progress::{EarlierLegs, Progress};
-use crate::quasi_static::MOST_KINETIC;
 use crate::setup::{self, Problem};
 use crate::signals;
 use crate::snapshot::Snapshot;
@@ -23,7 +24,7 @@ use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, QuasiStaticSumm
 use crate::trouble;
 use crate::view::Watch;
 use estar_solver::model::TimeStep;
-use estar_solver::{LaneLevel, Simulation, SimulationError};
+use estar_solver::{Energies, LaneLevel, Simulation, SimulationError};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -424,22 +425,10 @@ impl<'a> Run<'a> {
         summary.warnings = judgement::warnings(&summary, &self.problem, self.simulation.energies().in_play);
         summary.write(self.directory)?;
         let outcomes = &summary.expectations;
-        self.console.say(&conclusion(&summary, self.directory));
+        self.console.say(&conclusion(&summary, &self.problem.probes, self.directory));
         for warning in &summary.warnings {
             tell(&format!("{warning}\n"));
             self.console.note(warning);
-        }
-        if let Some(share) = summary.quasi_static.as_ref().map(|summary| summary.largest_kinetic_over_internal)
-            && share > MOST_KINETIC
-        {
-            let warning = format!(
-                "warning: the kinetic energy was up to {:.1} % of the internal energy, where up to {:.0} % is taken for quasi-static: \
-                 more `transits` in [time] quasi_static make the process slower",
-                100.0 * share,
-                100.0 * MOST_KINETIC
-            );
-            tell(&format!("{warning}\n"));
-            self.console.note(&warning);
         }
         if !outcomes.is_empty() {
             self.console.say(&expectations::table(outcomes));
@@ -569,7 +558,9 @@ impl<'a> Run<'a> {
                 mass_factor: chosen.mass_factor,
                 mass_damping: chosen.mass_damping,
                 transits: chosen.transits,
+                natural_frequency: chosen.natural_frequency.map(|(frequency, _)| frequency),
                 largest_kinetic_over_internal: simulation.energies().kinetic_share,
+                damping_over_external_work: damping_share(simulation.energies()),
             }),
             parts: self.approach.summary(problem, simulation),
             extremes: ExtremeSummary::new(&snapshot),
@@ -579,6 +570,12 @@ impl<'a> Run<'a> {
             state_hash: state_hash(simulation),
         }
     }
+}
+
+/// The share of the external work that damping has taken; 0 where no work was done.
+fn damping_share(energies: &Energies) -> f64 {
+    let work = energies.external_work().abs();
+    if work > 0.0 { energies.damping / work } else { 0.0 }
 }
 
 /// Where the outputs of a run are before its first row.
@@ -631,11 +628,7 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
         );
     }
     if let Some(chosen) = &problem.quasi_static {
-        let _ = write!(
-            text,
-            "\n  process    quasi-static: {} passes of a wave, {:.4e} times the mass, damping {:.4e} 1/s",
-            chosen.transits, chosen.mass_factor, chosen.mass_damping
-        );
+        let _ = write!(text, "\n  process    {}", chosen.told());
     }
     let added: f64 = simulation.added_mass().iter().sum();
     if added > 0.0 {
@@ -664,7 +657,7 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
 }
 
 /// What came of it.
-fn conclusion(summary: &Summary, directory: &Path) -> String {
+fn conclusion(summary: &Summary, probes: &[Probe], directory: &Path) -> String {
     let energies = &summary.energies;
     let mut text = format!(
         "{} at t = {:.6e} s after {} steps in {}{}\n",
@@ -690,17 +683,28 @@ fn conclusion(summary: &Summary, directory: &Path) -> String {
         ("damping", energies.damping_energy),
         ("motion of added mass", energies.mass_scaling_energy),
     ];
-    // nobody wants to read -0: x + 0 is 0 for both zeros
-    for (name, value) in rows.map(|(name, value)| (name, value + 0.0)) {
+    for (name, value) in rows.iter().filter(|(_, value)| *value != 0.0) {
         let _ = writeln!(text, "  {name:<20} {value:>14.6e} J");
+    }
+    match rows.iter().filter(|(_, value)| *value == 0.0).count() {
+        0 => {}
+        1 => text.push_str("  1 other row of the energy ledger is 0\n"),
+        count => {
+            let _ = writeln!(text, "  {count} other rows of the energy ledger are 0");
+        }
     }
     let _ = writeln!(text, "  {:<20} {:>14.4} %", "energy error", 100.0 * summary.energy_error);
     if let Some(quasi_static) = &summary.quasi_static {
         let share = 100.0 * quasi_static.largest_kinetic_over_internal;
         let _ = writeln!(text, "  {:<20} {share:>14.4} % at most", "kinetic / internal");
+        let share = 100.0 * quasi_static.damping_over_external_work;
+        let _ = writeln!(text, "  {:<20} {share:>14.4} %", "damping / work");
     }
     for (name, value) in &summary.probes {
-        let _ = writeln!(text, "  {name:<20} {value:>14.6e}");
+        let dimension = probes.iter().find(|probe| probe.name == *name).map(|probe| probe.dimension);
+        let unit = dimension.filter(|dimension| *dimension != Dimension::NUMBER).map(Dimension::si_unit);
+        let line = format!("  {name:<20} {value:>14.6e} {}", unit.unwrap_or_default());
+        let _ = writeln!(text, "{}", line.trim_end());
     }
     let _ = writeln!(
         text,

@@ -2,7 +2,8 @@
 
 use crate::bodies::{self, Bodies};
 use crate::conformity;
-use crate::constraints;
+use crate::console::is_coloured;
+use crate::constraints::{self, Driven};
 use crate::deck::decoder::{At, Decoder, GroupMention};
 use crate::deck::source::{TextError, read_text};
 use crate::deck::values::{Length, Positive, Quantity};
@@ -16,7 +17,7 @@ use crate::memory;
 use crate::output::{OutputPlan, output_plan};
 use crate::plausibility;
 use crate::probes::{self, Probe};
-use crate::quasi_static::QuasiStatic;
+use crate::quasi_static::{self, QuasiStatic};
 use crate::summary::hex;
 use crate::tools;
 use crate::trouble;
@@ -29,7 +30,7 @@ use estar_solver::model::{
     BulkViscosity, Fix, Formulation, InitialVelocity, Load, LoadKind, MassScaling, Model, Part, Prescribed, Spin,
     TimeSettings,
 };
-use estar_solver::{Interpolation, LaneLevel, Simulation};
+use estar_solver::{LaneLevel, Simulation};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -59,6 +60,8 @@ pub struct Problem {
     pub model: Model,
     /// What was chosen for a quasi-static process.
     pub quasi_static: Option<QuasiStatic>,
+    /// Displacements that the deck prescribes, of nodes and of tools.
+    pub driven: Vec<Driven>,
     /// What each part is called and made of.
     pub parts: Vec<PartDescription>,
     /// What the rigid walls are called.
@@ -150,14 +153,9 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     check_groups(&mesh, &groups, diagnostics);
     let Some(deck) = deck.filter(|_| !diagnostics.has_errors()) else { return fault(findings, false) };
 
-    let mut model = model(&deck, &mesh, diagnostics);
-    let quasi_static = QuasiStatic::of(&deck, &mesh, &model.parts, diagnostics);
-    if let Some(chosen) = &quasi_static {
-        model.settings.mass_damping = chosen.mass_damping;
-        model.settings.mass_scaling.get_or_insert(UNSCALED).factor = chosen.mass_factor;
-    }
+    let model = model(&deck, &mesh, diagnostics);
+    quasi_static::check(&deck, diagnostics);
     constraints::check(&deck, &mesh, diagnostics);
-    tools::check(&deck, &mesh, &model, diagnostics);
     let probes = probes::resolve(&deck, &mesh, &model.parts, diagnostics);
     let expectations = expectations::resolve(&deck, diagnostics);
     let output = output_plan(&deck, diagnostics);
@@ -166,8 +164,14 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
         return fault(findings, false);
     }
     let connectivity = Connectivity::new(&mesh);
+    tools::check(&deck, &mesh, &connectivity, &model, diagnostics);
+    if diagnostics.has_errors() {
+        return fault(findings, false);
+    }
     doubt(&deck, &mesh, &model, &connectivity, mesh_file.span, diagnostics);
-    Ok(Problem {
+    let wanted = deck.time.quasi_static.clone();
+    let driven = constraints::driven(&deck);
+    let mut problem = Problem {
         parts: describe_parts(&deck, &mesh),
         wall_names: tools::names(&deck),
         title: deck.title,
@@ -180,12 +184,24 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
         connectivity,
         mesh,
         model,
-        quasi_static,
+        quasi_static: None,
+        driven,
         probes,
         expectations,
         output,
         findings,
-    })
+    };
+    // a problem that does not fit into memory is refused before it is run
+    if let Some(wanted) = wanted.filter(|_| memory::shortage_of_problem(&problem).is_none()) {
+        let Problem { mesh, model, findings, .. } = &mut problem;
+        let Some(chosen) = QuasiStatic::of(&wanted, mesh, model, &mut findings.diagnostics) else {
+            return fault(problem.findings, false);
+        };
+        model.settings.mass_damping = chosen.mass_damping;
+        model.settings.mass_scaling.get_or_insert(UNSCALED).factor = chosen.mass_factor;
+        problem.quasi_static = Some(chosen);
+    }
+    Ok(problem)
 }
 
 /// The problem at time 0, ready to run.
@@ -198,6 +214,10 @@ pub fn simulation(problem: &Problem, lanes: LaneLevel) -> Result<Simulation, Fai
     }
     let simulation = Simulation::new(&problem.mesh, problem.model.clone(), lanes)
         .map_err(|error| Failure::Input(trouble::of_model(&error, problem)))?;
+    let jumps = constraints::jumps(problem, simulation.time_step());
+    if jumps.has_errors() {
+        return Err(Failure::Input(jumps.render(&problem.findings.sources, is_coloured())));
+    }
     let end = simulation.end_time();
     // near the end, t + Δt must differ from t
     if end + simulation.time_step() > end {
@@ -350,11 +370,6 @@ const KINETIC_LIMIT: f64 = 0.1;
 /// Mass scaling that does nothing yet; of a quasi-static process the kinetic energy is reported, not limited.
 const UNSCALED: MassScaling = MassScaling { factor: 1.0, target_time_step: 0.0, limit: 0.0, kinetic_limit: f64::MAX };
 
-/// How a curve runs between its points: smoothly in a quasi-static process.
-fn interpolation(deck: &Deck, of_curve: Interpolation) -> Interpolation {
-    if deck.time.quasi_static.is_some() { Interpolation::Smooth } else { of_curve }
-}
-
 /// What the solver is given.
 fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
     let nodes = |name: &str| mesh.group(name).map_or_else(Vec::new, |group| group.nodes.clone());
@@ -376,13 +391,13 @@ fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
                     nodes: nodes(&entry.group.name.value),
                     direction: entry.direction.value,
                     quantity: entry.motion.quantity(),
-                    curve: entry.motion.curve(interpolation(deck, entry.interpolation))?,
+                    curve: entry.motion.curve(deck.interpolation(entry.interpolation))?,
                 })
             })
             .collect(),
         initial_velocities: initial_velocities(deck, mesh, diagnostics),
         loads: loads(deck, mesh, diagnostics),
-        walls: tools::walls(deck, |of_curve| interpolation(deck, of_curve)),
+        walls: tools::walls(deck),
         settings: TimeSettings {
             end: deck.time.end.value,
             safety_factor: deck.time.safety_factor.value,
@@ -516,13 +531,13 @@ fn loads(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Load> {
     };
     for entry in &deck.pressure {
         let group = &entry.group.name;
-        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(interpolation(deck, entry.interpolation))) {
+        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(deck.interpolation(entry.interpolation))) {
             push(format!("pressure on {}", group.value), LoadKind::Pressure { faces, curve });
         }
     }
     for entry in &deck.traction {
         let group = &entry.group.name;
-        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(interpolation(deck, entry.interpolation))) {
+        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(deck.interpolation(entry.interpolation))) {
             let direction = entry.direction.0;
             push(format!("traction on {}", group.value), LoadKind::Traction { faces, direction, curve });
         }

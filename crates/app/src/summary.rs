@@ -136,10 +136,14 @@ pub struct QuasiStaticSummary {
     pub mass_factor: f64,
     /// α of the damping −α m v, 1/s.
     pub mass_damping: f64,
-    /// Passes of a wave through the body.
+    /// Half periods of the slowest vibration; passes of a wave through the body where its natural frequency is not known.
     pub transits: f64,
+    /// The lowest natural frequency of the body as it is held, with its own mass, 1/s.
+    pub natural_frequency: Option<f64>,
     /// Largest kinetic over internal energy since a tenth of the time.
     pub largest_kinetic_over_internal: f64,
+    /// Share of the external work that damping has taken.
+    pub damping_over_external_work: f64,
 }
 
 /// What was seen of a part.

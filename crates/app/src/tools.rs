@@ -4,17 +4,17 @@ use crate::deck::Deck;
 use crate::deck::model::{RigidWallTable, WallSurface};
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use estar_mesh::{Connectivity, Face, Mesh};
+use estar_solver::Curve;
 use estar_solver::model::{Model, RigidWall, WallMotion, WallShape};
-use estar_solver::{Curve, Interpolation};
 
 /// Times at which motions are looked at, beside the points of their curves.
 const SAMPLES: usize = 256;
 
-/// The walls as the solver is given them; `interpolation` chooses how a curve runs.
-pub fn walls(deck: &Deck, interpolation: impl Fn(Interpolation) -> Interpolation) -> Vec<RigidWall> {
+/// The walls as the solver is given them.
+pub fn walls(deck: &Deck) -> Vec<RigidWall> {
     let of_entry = |entry: &RigidWallTable| {
         let motion = entry.motion.as_ref().and_then(|motion| {
-            let curve = motion.motion.curve(interpolation(motion.interpolation))?;
+            let curve = motion.motion.curve(deck.interpolation(motion.interpolation))?;
             Some(WallMotion { direction: motion.direction.0, quantity: motion.motion.quantity(), curve })
         });
         RigidWall { shape: entry.surface.shape(), friction: entry.friction.0, motion }
@@ -32,15 +32,13 @@ pub fn names(deck: &Deck) -> Vec<String> {
 }
 
 /// Reports tools that begin in the body, that are smaller than the faces that they meet, and that get to what is held.
-pub fn check(deck: &Deck, mesh: &Mesh, model: &Model, diagnostics: &mut Diagnostics) {
+pub fn check(deck: &Deck, mesh: &Mesh, connectivity: &Connectivity, model: &Model, diagnostics: &mut Diagnostics) {
     let is_curved = |wall: &RigidWall| !matches!(wall.shape, WallShape::Plane { .. });
-    let mut connectivity = None;
     for (entry, wall) in deck.rigid_wall.iter().zip(&model.walls) {
         if !check_beginning(entry, wall, mesh, diagnostics) {
             continue;
         }
         if is_curved(wall) {
-            let connectivity = connectivity.get_or_insert_with(|| Connectivity::new(mesh));
             check_size(entry, wall, mesh, model, connectivity, diagnostics);
         }
         check_held(entry, wall, mesh, model, diagnostics);

@@ -214,8 +214,8 @@ deck_table! {
         direction: At<Direction> = required,
         /// What the curve gives, with the curve.
         motion: Motion = flatten,
-        /// How the curve runs between its points.
-        interpolation: Interpolation = default("'linear'"),
+        /// How the curve runs between its points: `"linear"` unless given, in a process of `time.quasi_static` `"monotone"`.
+        interpolation: Interpolation = optional,
     }
 }
 
@@ -244,6 +244,7 @@ deck_variants! {
 deck_choice! { Interpolation {
     "linear" => Interpolation::Linear, "straight lines";
     "smooth" => Interpolation::Smooth, "a quintic from point to point, at rest at each of them";
+    "monotone" => Interpolation::Monotone, "through the points without a stop, at rest at the first and the last; two points as smooth";
 } }
 
 deck_table! {
@@ -253,8 +254,8 @@ deck_table! {
         group: GroupName<OfFaces> = required,
         /// Points [time, pressure], positive into the body; constant before the first and after the last.
         curve: TimePoints<Stress> = required,
-        /// How the curve runs between its points.
-        interpolation: Interpolation = default("'linear'"),
+        /// How the curve runs between its points: `"linear"` unless given, in a process of `time.quasi_static` `"monotone"`.
+        interpolation: Interpolation = optional,
     }
 }
 
@@ -267,8 +268,8 @@ deck_table! {
         direction: UnitVector = required,
         /// Points [time, traction]; constant before the first and after the last.
         curve: TimePoints<Stress> = required,
-        /// How the curve runs between its points.
-        interpolation: Interpolation = default("'linear'"),
+        /// How the curve runs between its points: `"linear"` unless given, in a process of `time.quasi_static` `"monotone"`.
+        interpolation: Interpolation = optional,
     }
 }
 
@@ -343,8 +344,8 @@ deck_table! {
         direction: UnitVector = required,
         /// What the curve gives, with the curve.
         motion: Motion = flatten,
-        /// How the curve runs between its points.
-        interpolation: Interpolation = default("'linear'"),
+        /// How the curve runs between its points: `"linear"` unless given, in a process of `time.quasi_static` `"monotone"`.
+        interpolation: Interpolation = optional,
     }
 }
 

@@ -4,7 +4,9 @@ use super::decoder::{At, Decoder, FromDeck};
 use super::macros::{deck_choice, deck_table};
 use super::schema::{Choice, Schema};
 use super::tree::{Node, Value};
-use super::values::{AtLeastOne, Count, Fraction, NotNegative, Number, Positive, Quantity, Rate, Share, Time};
+use super::values::{
+    AtLeastOne, AtLeastTen, Count, Fraction, NotNegative, Number, Positive, Quantity, Rate, Share, Time,
+};
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::fields::Field;
 use estar_solver::model::{OnInversion, TimeStep};
@@ -35,8 +37,8 @@ deck_table! {
         mass_scaling: MassScalingTable = optional,
         /// Damping in proportion to mass, the α of the force −α m v on every node.
         mass_damping: Quantity<NotNegative<Rate>> = default("0.0"),
-        /// A slow process of which only the shapes and forces matter, not the time: ramp, mass scaling and damping are chosen
-        /// for it. Off unless given.
+        /// A slow process of which only the shapes and forces matter, not the time: mass scaling and damping are chosen for it, and
+        /// curves that do not say how they run are at rest at their ends. Off unless given.
         quasi_static: QuasiStaticTable = optional,
     }
 }
@@ -57,13 +59,14 @@ deck_table! {
 }
 
 deck_table! {
-    /// The process lasts as long as a wave needs to run through the body so many times: the factor on the mass of every element
-    /// follows from that. Every curve of motion and load is smooth between its points, and vibration is damped.
+    /// The process lasts for so many half periods of the slowest natural vibration of the body as it is held: the factor on the mass
+    /// of every element follows from that. Vibration is damped.
     pub struct QuasiStaticTable {
-        /// Passes of a wave through the longest side of the body. The more, the slower the process, and the longer the run.
-        transits: Quantity<Positive<Number>> = default("100.0"),
-        /// Damping ratio of the slowest vibration of a bar as long as the body that is held at one end.
-        damping: Quantity<Share> = default("0.01"),
+        /// Half periods of the slowest natural vibration: in a free bar, passes of a wave through it. The more, the slower the process, and
+        /// the longer the run.
+        transits: Quantity<AtLeastTen> = default("100.0"),
+        /// Damping ratio of the slowest natural vibration.
+        damping: Quantity<Share> = default("0.005"),
     }
 }
 
