@@ -152,7 +152,7 @@ pub fn check_sizes(deck: &Deck, mesh: &Mesh, parts: &[Part], mesh_span: Span, di
         if entry.motion.quantity() != Quantity::Displacement {
             continue;
         }
-        let Some(curve) = entry.motion.curve(entry.interpolation) else { continue };
+        let Some(curve) = entry.motion.curve(deck.interpolation(entry.interpolation)) else { continue };
         let times = curve.times().into_iter().filter(|time| *time <= end).chain([end]);
         let most = times.map(|time| curve.value(time).abs()).fold(0.0, f64::max);
         if most > MOST_DISPLACEMENT * size {

@@ -156,15 +156,12 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
     let model = model(&deck, &mesh, diagnostics);
     quasi_static::check(&deck, diagnostics);
     constraints::check(&deck, &mesh, diagnostics);
+    let connectivity = Connectivity::new(&mesh);
+    tools::check(&deck, &mesh, &connectivity, &model, diagnostics);
     let probes = probes::resolve(&deck, &mesh, &model.parts, diagnostics);
     let expectations = expectations::resolve(&deck, diagnostics);
     let output = output_plan(&deck, diagnostics);
     check_temperature(&deck, &model.parts, diagnostics);
-    if diagnostics.has_errors() {
-        return fault(findings, false);
-    }
-    let connectivity = Connectivity::new(&mesh);
-    tools::check(&deck, &mesh, &connectivity, &model, diagnostics);
     if diagnostics.has_errors() {
         return fault(findings, false);
     }

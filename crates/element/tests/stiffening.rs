@@ -55,7 +55,7 @@ impl<'a, const NODES: usize, E: Element<NODES>, M: Material> Deformed<'a, NODES,
             corner_mass,
         };
         let step = ElementStep { bulk_viscosity: None, time_step: 1.0 };
-        if let Some(shared) = self.history.neighbourhood() {
+        if let Some(shared) = self.history.neighbourhood_mut() {
             // an element without neighbours has its own volume change
             let of_tet = |field: &[Vector3<f64>; NODES]| std::array::from_fn(|node| field[node]);
             let moved = ElementMotion {
