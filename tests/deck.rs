@@ -227,7 +227,7 @@ fn units_are_read_as_people_write_them() {
     }
     let reading = read(&GOOD.replacen("117 GPa", "117000 N/mm2", 1).replacen("80 us", "80us", 1));
     let deck = reading.deck.unwrap();
-    let elasticity = |deck: &deck::Deck| *deck.material.0[0].1.elasticity();
+    let elasticity = |deck: &deck::Deck| deck.material.0[0].1.elasticity();
     assert_eq!(elasticity(&deck), elasticity(&read(GOOD).deck.unwrap()));
     assert_eq!(deck.time.end.value, 80e-6);
 }
