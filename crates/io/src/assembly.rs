@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-use estar_mesh::{ElementLabel, ElementNodes, Elements, Group, Mesh, NodeLabel, Shape};
+use estar_mesh::{ElementLabel, ElementNodes, Elements, Group, GroupKind, Mesh, MeshError, NodeLabel, Shape};
 
 use crate::MeshFile;
-use crate::error::Problem;
+use crate::error::{Problem, and_more};
 
 /// Nodes and elements on their way to a mesh.
 #[derive(Debug, Default)]
@@ -32,37 +32,115 @@ impl Assembly {
         self.elements.len() as u32 - 1
     }
 
-    /// The finished mesh.
-    pub fn finish(self, format: String) -> Result<MeshFile, Problem> {
+    /// The finished mesh: nodes of no element are left out, and all elements are a group.
+    pub fn finish(mut self, format: String) -> Result<MeshFile, Problem> {
+        self.leave_out_loose_nodes();
+        let is_all = |group: &Group| group.name == ALL && group.kind == GroupKind::Volume;
+        if !self.groups.iter().any(is_all) {
+            self.groups.push(Group::volume(ALL, (0..self.elements.len() as u32).collect()));
+        }
         let mesh = Mesh::new(self.coordinates, self.node_labels, self.elements, self.element_labels, self.groups)?;
         Ok(MeshFile { mesh, format, warnings: self.warnings })
     }
+
+    /// Leaves out what belongs to no element: reference points, centres of arcs, nodes of shells that are left out.
+    fn leave_out_loose_nodes(&mut self) {
+        let mut new = vec![LOOSE; self.coordinates.len()];
+        for &node in self.elements.all_nodes() {
+            new[node as usize] = 0;
+        }
+        let loose: Vec<usize> = (0..new.len()).filter(|&node| new[node] == LOOSE).collect();
+        if loose.is_empty() || self.elements.is_empty() {
+            return;
+        }
+        let labels = and_more(loose.iter().map(|&node| self.node_labels[node].to_string()));
+        let nodes =
+            if loose.len() == 1 { "node belongs to no element and is" } else { "nodes belong to no element and are" };
+        self.warnings.push(format!("{} {nodes} left out: {labels}", loose.len()));
+
+        let mut count = 0;
+        for node in 0..new.len() {
+            if new[node] != LOOSE {
+                new[node] = count;
+                self.coordinates[count as usize] = self.coordinates[node];
+                self.node_labels[count as usize] = self.node_labels[node];
+                count += 1;
+            }
+        }
+        self.coordinates.truncate(count as usize);
+        self.node_labels.truncate(count as usize);
+        let mut elements = Elements::default();
+        for (element, nodes) in self.elements.iter().enumerate() {
+            let nodes: ElementNodes = nodes.iter().map(|&node| new[node as usize]).collect();
+            elements.push(self.elements.shape(element), &nodes);
+        }
+        self.elements = elements;
+        let kept = |node: &u32| new[*node as usize] != LOOSE;
+        for group in &mut self.groups {
+            group.nodes.retain(kept);
+            group.nodes.iter_mut().for_each(|node| *node = new[*node as usize]);
+            group.faces.retain(|face| face.nodes().iter().all(kept));
+            group.faces.iter_mut().for_each(|face| *face = face.map(|node| new[node as usize]));
+        }
+        let is_empty = |group: &Group| group.nodes.is_empty() && group.faces.is_empty() && group.elements.is_empty();
+        let empty: Vec<String> =
+            self.groups.iter().filter(|group| is_empty(group)).map(|group| format!("\"{}\"", group.name)).collect();
+        if !empty.is_empty() {
+            let (groups, are) = if empty.len() == 1 { ("group has", "is") } else { ("groups have", "are") };
+            let count = empty.len();
+            self.warnings.push(format!("{count} {groups} only such nodes and {are} left out: {}", and_more(empty)));
+            self.groups.retain(|group| !is_empty(group));
+        }
+    }
 }
 
-/// The index of each node by its number in the file.
+/// The group of all elements, which every mesh that is read has.
+const ALL: &str = "all";
+/// A node that no element has.
+const LOOSE: u32 = u32::MAX;
+
+/// The place of each node or element by its number in the file.
 #[derive(Debug)]
-pub(crate) enum NodeIndex {
+pub(crate) enum LabelIndex {
     /// Numbers that leave few gaps: a table from the first on; `u32::MAX` is a gap.
     Dense { first: u64, table: Vec<u32> },
     /// Any numbers.
     Sparse(HashMap<u64, u32>),
 }
 
-impl NodeIndex {
-    /// Labels used twice keep one index; [`Mesh::new`] refuses them.
-    pub fn new(labels: &[NodeLabel]) -> Self {
-        let first = labels.iter().map(|label| label.0).min().unwrap_or(0);
-        let last = labels.iter().map(|label| label.0).max().unwrap_or(0);
-        let indexed = labels.iter().zip(0_u32..).map(|(label, index)| (label.0, index));
+impl LabelIndex {
+    /// The index, and a number that is there twice, if there is one.
+    pub fn new(labels: impl ExactSizeIterator<Item = u64> + Clone) -> (Self, Option<u64>) {
+        let first = labels.clone().min().unwrap_or(0);
+        let last = labels.clone().max().unwrap_or(0);
+        let count = labels.len() as u64;
+        let indexed = labels.zip(0_u32..);
+        let mut twice = None;
         // A table is ten times faster than a map; it may be up to four times as long as the list it indexes.
-        if last - first < 4 * labels.len() as u64 {
+        if last - first < 4 * count {
             let mut table = vec![u32::MAX; (last - first) as usize + 1];
             for (label, index) in indexed {
-                table[(label - first) as usize] = index;
+                if std::mem::replace(&mut table[(label - first) as usize], index) != u32::MAX {
+                    twice = twice.or(Some(label));
+                }
             }
-            Self::Dense { first, table }
+            (Self::Dense { first, table }, twice)
         } else {
-            Self::Sparse(indexed.collect())
+            let mut map = HashMap::new();
+            for (label, index) in indexed {
+                if map.insert(label, index).is_some() {
+                    twice = twice.or(Some(label));
+                }
+            }
+            (Self::Sparse(map), twice)
+        }
+    }
+
+    /// That of nodes, whose numbers must differ.
+    pub fn of_nodes(labels: &[NodeLabel]) -> Result<Self, Problem> {
+        match Self::new(labels.iter().map(|label| label.0)) {
+            (index, None) => Ok(index),
+            (_, Some(label)) => Err(MeshError::DuplicateNodeLabel { node: NodeLabel(label) }.into()),
         }
     }
 
@@ -90,10 +168,10 @@ mod tests {
     #[test]
     fn nodes_are_found_by_dense_and_by_sparse_numbers() {
         for labels in [vec![5, 3, 4, 9], vec![u64::MAX, 3, 1 << 60, 0]] {
-            let labels: Vec<NodeLabel> = labels.into_iter().map(NodeLabel).collect();
-            let index = NodeIndex::new(&labels);
+            let (index, twice) = LabelIndex::new(labels.iter().copied());
+            assert_eq!(twice, None);
             for (expected, label) in labels.iter().enumerate() {
-                assert_eq!(index.get(label.0), Some(expected as u32));
+                assert_eq!(index.get(*label), Some(expected as u32));
             }
             assert_eq!((index.get(6), index.get(2), index.get(1 << 61)), (None, None, None));
         }

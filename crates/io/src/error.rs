@@ -3,7 +3,7 @@
 use std::fmt;
 use std::io;
 
-use estar_mesh::{GroupKind, MeshError};
+use estar_mesh::MeshError;
 use thiserror::Error;
 
 /// Why a mesh file was not read.
@@ -85,10 +85,16 @@ pub enum Problem {
     /// Neither Gmsh nor Abaqus.
     #[error("not a mesh this program knows; export Gmsh 4.1 or 2.2 (.msh), or Abaqus (.inp)")]
     UnknownFormat,
+    /// A format that is known, but not read.
+    #[error("this is {what}, which is not read; {advice}")]
+    OtherFormat {
+        /// What it is.
+        what: &'static str,
+        /// How it becomes a mesh that is read.
+        advice: String,
+    },
     /// Gmsh, but of another version.
-    #[error(
-        "Gmsh format {version} is not supported; save with `gmsh -save -format msh41` or Mesh.MshFileVersion = 4.1"
-    )]
+    #[error("Gmsh format {version} is not supported; convert it: gmsh old.msh -save -format msh41 -o new.msh")]
     GmshVersion {
         /// The version.
         version: String,
@@ -187,9 +193,6 @@ pub enum Problem {
     /// A partitioned mesh.
     #[error("the mesh is partitioned; save it unpartitioned (Mesh > Unpartition)")]
     Partitioned,
-    /// Node blocks with parametric coordinates.
-    #[error("the nodes have parametric coordinates; save with Mesh.SaveParametric = 0")]
-    Parametric,
     /// A name that is not text.
     #[error("a name is not valid UTF-8; rename the group")]
     NameNotUtf8,
@@ -234,13 +237,22 @@ pub enum Problem {
     /// Elements that cannot be used.
     #[error("unsupported elements: {}", list(.0))]
     UnsupportedElements(Vec<Unsupported>),
-    /// A named group without members.
-    #[error("the {kind} group \"{name}\" is empty: nothing in the file belongs to it; fill it or remove it")]
-    EmptyGroup {
-        /// The group.
-        name: String,
-        /// Its kind.
-        kind: GroupKind,
+    /// Elements without which bodies come apart.
+    #[error(
+        "cohesive or gasket elements hold bodies together, and are not supported: {types} (the first is element {first}); \
+         take them out and let the bodies have their nodes in common"
+    )]
+    Joints {
+        /// How many of which type.
+        types: String,
+        /// The number of the first.
+        first: u64,
+    },
+    /// Elements, but no solids.
+    #[error("the mesh has no solid elements, only {types}; mesh its volume with hexahedra, wedges or tetrahedra")]
+    NoSolids {
+        /// How many of which type.
+        types: String,
     },
     /// Something legal in the format that is not supported here.
     #[error("{what} is not supported; {advice}")]
@@ -263,6 +275,8 @@ fn list(unsupported: &[Unsupported]) -> String {
 /// A problem and where it is, before the file's name is known.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Located {
+    /// Which of the files that make up the mesh; 0 is the file itself.
+    pub source: u32,
     pub place: Place,
     pub problem: Problem,
 }
@@ -275,7 +289,18 @@ impl Located {
 
 impl Problem {
     pub(crate) fn at(self, place: Place) -> Located {
-        Located { place, problem: self }
+        Located { source: 0, place, problem: self }
+    }
+}
+
+/// The first few of a list, and how many there are beside them.
+pub(crate) fn and_more(list: impl IntoIterator<Item = String>) -> String {
+    const MOST_SHOWN: usize = 5;
+    let mut list = list.into_iter();
+    let shown = list.by_ref().take(MOST_SHOWN).collect::<Vec<_>>().join(", ");
+    match list.count() {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
     }
 }
 

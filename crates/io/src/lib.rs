@@ -1,6 +1,6 @@
 //! Files of the Estar solver: meshes in, results out.
 //!
-//! Meshes: [`read_mesh`] reads Gmsh 4.1 and 2.2 (ASCII and binary) and Abaqus; [`write_gmsh`] writes Gmsh 4.1.
+//! Meshes: [`read_mesh`] reads Gmsh 4.1, 4.0 and 2.2 (ASCII and binary) and Abaqus; [`write_gmsh`] writes Gmsh 4.1.
 //! Bad content never panics, loops or costs memory that the file does not warrant: it is a [`ReadError`] that names
 //! the place, the node or element number of the file, and what to do.
 //!
@@ -16,6 +16,7 @@ mod error;
 mod gmsh;
 mod history;
 mod mesh_file;
+mod other_format;
 mod results;
 #[cfg(test)]
 mod test_folder;

@@ -7,7 +7,7 @@ use std::path::Path;
 use estar_mesh::Mesh;
 
 use crate::error::{Place, Problem, ReadError};
-use crate::{abaqus, gmsh};
+use crate::{abaqus, gmsh, other_format};
 
 /// A mesh and what its file said beside it.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,11 +28,11 @@ pub struct MeshFile {
 pub fn read_mesh(path: &Path) -> Result<MeshFile, ReadError> {
     let file = path.display().to_string();
     let bytes = bytes_of(path).map_err(|source| ReadError::Unreadable { file: file.clone(), source })?;
-    read_mesh_bytes(&bytes, &file)
+    read_content(&bytes, &file, Some(path))
 }
 
 /// The content of an ordinary file. A device may never end, and a pipe may never begin.
-fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
+pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
     let metadata = fs::metadata(path)?;
     if metadata.is_file() || metadata.is_dir() {
         fs::read(path)
@@ -41,18 +41,24 @@ fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
     }
 }
 
-/// Reads a mesh from the content of a file; `name` stands for it in messages.
+/// Reads a mesh from the content of a file; `name` stands for it in messages. It can include no other file.
 ///
 /// # Errors
 /// As [`read_mesh`].
 pub fn read_mesh_bytes(bytes: &[u8], name: &str) -> Result<MeshFile, ReadError> {
+    read_content(bytes, name, None)
+}
+
+fn read_content(bytes: &[u8], name: &str, path: Option<&Path>) -> Result<MeshFile, ReadError> {
     const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
     let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let content = bytes.trim_ascii_start();
-    if content.starts_with(b"$") {
+    if let Some(problem) = other_format::recognised(content, name) {
+        Err(problem.at(Place::File).in_file(name))
+    } else if content.starts_with(b"$") {
         gmsh::read(bytes).map_err(|located| located.in_file(name))
     } else if content.starts_with(b"*") {
-        abaqus::read(bytes).map_err(|located| located.in_file(name))
+        abaqus::read(bytes, name, path)
     } else {
         Err(Problem::UnknownFormat.at(Place::File).in_file(name))
     }

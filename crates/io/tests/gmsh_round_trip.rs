@@ -1,5 +1,8 @@
 //! What is written in Gmsh's format reads back as the same mesh.
 
+mod common;
+
+use common::with_all;
 use estar_io::{read_mesh_bytes, write_gmsh};
 use estar_mesh::generate::{
     BoxSpec, CylinderParameters, NeckingBarParameters, Section, box_mesh, cylinder, necking_bar,
@@ -45,7 +48,7 @@ fn a_mesh_comes_back_bit_for_bit_as_text_and_as_bytes() {
         for mesh in [mesh.renumbered(&locality_order(&mesh)), mesh] {
             for binary in [false, true] {
                 let file = read_mesh_bytes(&written(&mesh, binary), "a.msh").unwrap();
-                assert_eq!(file.mesh, mesh);
+                assert_eq!(file.mesh, with_all(&mesh));
                 assert_eq!(file.format, if binary { "Gmsh 4.1, binary" } else { "Gmsh 4.1, ASCII" });
                 assert!(file.warnings.is_empty());
             }
@@ -61,6 +64,7 @@ fn overlapping_volumes_loose_hexes_and_huge_numbers_come_back() {
     let groups = vec![
         Group::volume("left", vec![0, 1]),
         Group::volume("middle", vec![1, 2]),
+        Group::volume("all", vec![0, 1, 2, 3]),
         Group::curve("one node", vec![3]),
         Group::point("points", vec![9, 2]),
     ];
@@ -79,8 +83,13 @@ fn overlapping_volumes_loose_hexes_and_huge_numbers_come_back() {
 #[test]
 fn a_name_that_a_file_cannot_hold_is_refused() {
     let mesh = box_mesh(&BoxSpec::new([1.0; 3], [1; 3]).unwrap());
-    let groups = vec![Group::volume("a \"b\"", vec![0])];
-    let (x, n, h, e) = (mesh.coordinates(), mesh.node_labels(), mesh.elements(), mesh.element_labels());
-    let mesh = Mesh::new(x.to_vec(), n.to_vec(), h.clone(), e.to_vec(), groups).unwrap();
-    assert!(write_gmsh(&mut Vec::new(), &mesh, true).is_err());
+    let refused = |groups: Vec<Group>| {
+        let (x, n, h, e) = (mesh.coordinates(), mesh.node_labels(), mesh.elements(), mesh.element_labels());
+        let mesh = Mesh::new(x.to_vec(), n.to_vec(), h.clone(), e.to_vec(), groups).unwrap();
+        write_gmsh(&mut Vec::new(), &mesh, true).is_err()
+    };
+    assert!(refused(vec![Group::volume("a \"b\"", vec![0])]));
+    // points and node sets are one dimension
+    assert!(refused(vec![Group::point("a", vec![0]), Group::node_set("a", vec![1])]));
+    assert!(!refused(vec![Group::volume("a", vec![0]), Group::node_set("a", vec![1])]));
 }

@@ -15,15 +15,28 @@ pub enum GroupKind {
     Curve,
     /// Single nodes.
     Point,
+    /// Nodes that the file lists by themselves, as a set of an Abaqus file does.
+    Nodes,
+}
+
+impl GroupKind {
+    /// The word before a name that groups of several kinds have: `surface.lid`.
+    pub const fn qualifier(self) -> &'static str {
+        match self {
+            GroupKind::Volume => "volume",
+            GroupKind::Surface => "surface",
+            GroupKind::Curve => "curve",
+            GroupKind::Point => "point",
+            GroupKind::Nodes => "nodes",
+        }
+    }
 }
 
 impl fmt::Display for GroupKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
-            GroupKind::Volume => "volume",
-            GroupKind::Surface => "surface",
-            GroupKind::Curve => "curve",
-            GroupKind::Point => "point",
+            GroupKind::Nodes => "node set",
+            other => other.qualifier(),
         })
     }
 }
@@ -31,8 +44,11 @@ impl fmt::Display for GroupKind {
 /// A named set of elements, faces or nodes. Every group knows its nodes, so that a constraint may name any kind.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Group {
-    /// The name a deck uses.
+    /// The name a deck uses. Groups of other kinds or owners may have it, too: see [`Mesh::find`](crate::Mesh::find).
     pub name: String,
+    /// What of the file the group belongs to, where a file has levels: the instance of an Abaqus file, `part` where there is
+    /// one, or `assembly`. The first is shown, the others are understood.
+    pub owners: Vec<String>,
     /// What the group is made of.
     pub kind: GroupKind,
     /// Indices of all its nodes, ascending, each once. [`Mesh::new`](crate::Mesh::new) adds those of `elements` and `faces`.
@@ -45,25 +61,35 @@ pub struct Group {
 }
 
 impl Group {
+    /// A group without members.
+    pub fn new(name: impl Into<String>, kind: GroupKind) -> Self {
+        let (owners, nodes, elements, faces) = Default::default();
+        Self { name: name.into(), owners, kind, nodes, elements, faces }
+    }
+
     /// A group of elements; its nodes are filled in by [`Mesh::new`](crate::Mesh::new).
     pub fn volume(name: impl Into<String>, elements: Vec<u32>) -> Self {
-        Self { name: name.into(), kind: GroupKind::Volume, nodes: Vec::new(), elements, faces: Vec::new() }
+        Self { elements, ..Self::new(name, GroupKind::Volume) }
     }
 
     /// A group of faces; its nodes are filled in by [`Mesh::new`](crate::Mesh::new).
     pub fn surface(name: impl Into<String>, faces: impl IntoIterator<Item: Into<Face>>) -> Self {
-        let faces = faces.into_iter().map(Into::into).collect();
-        Self { name: name.into(), kind: GroupKind::Surface, nodes: Vec::new(), elements: Vec::new(), faces }
+        Self { faces: faces.into_iter().map(Into::into).collect(), ..Self::new(name, GroupKind::Surface) }
     }
 
     /// A group of the nodes along a curve.
     pub fn curve(name: impl Into<String>, nodes: Vec<u32>) -> Self {
-        Self { name: name.into(), kind: GroupKind::Curve, nodes, elements: Vec::new(), faces: Vec::new() }
+        Self { nodes, ..Self::new(name, GroupKind::Curve) }
     }
 
     /// A group of single nodes.
     pub fn point(name: impl Into<String>, nodes: Vec<u32>) -> Self {
-        Self { name: name.into(), kind: GroupKind::Point, nodes, elements: Vec::new(), faces: Vec::new() }
+        Self { nodes, ..Self::new(name, GroupKind::Point) }
+    }
+
+    /// A set of nodes.
+    pub fn node_set(name: impl Into<String>, nodes: Vec<u32>) -> Self {
+        Self { nodes, ..Self::new(name, GroupKind::Nodes) }
     }
 
     /// Brings the group into its one form: elements and nodes ascending and unique, the nodes of elements and faces included.

@@ -1,8 +1,8 @@
 //! Meshes: nodes, elements of any mix of shapes, named groups, their quality, an order that is kind to the cache, and structured
 //! generators. Knows no physics and no file format.
 //!
-//! A [`Mesh`] is valid once it exists: every index is in range, every coordinate finite, every label and group name
-//! used once. Whether its elements are any *good* is a different question, answered by [`quality::QualityReport`].
+//! A [`Mesh`] is valid once it exists: every index is in range, every coordinate finite, every label used once,
+//! every group known by its name, kind and owner. Whether its elements are any *good* is a different question, answered by [`quality::QualityReport`].
 //!
 //! ```
 //! use estar_mesh::generate::{BoxSpec, box_mesh};
@@ -23,6 +23,7 @@ pub mod generate;
 mod group;
 pub mod hex;
 mod label;
+mod lookup;
 mod merge;
 mod mesh;
 mod order;
@@ -35,6 +36,7 @@ pub use elements::Elements;
 pub use face::{Face, FaceKey};
 pub use group::{Group, GroupKind};
 pub use label::{ElementLabel, NodeLabel};
+pub use lookup::{GroupError, Wanted};
 pub use merge::{MergeError, Merged};
 pub use mesh::{FaceError, Mesh, MeshError};
 pub use order::{Renumbering, locality_order};

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use arrayvec::ArrayVec;
 
-use crate::{ElementLabel, Elements, Face, FaceKey, Group, MOST_NODES, NodeLabel};
+use crate::{ElementLabel, Elements, Face, FaceKey, Group, GroupKind, MOST_NODES, NodeLabel};
 
 /// Nodes, elements and named groups. Valid once it exists; see [`Mesh::new`]. Clones share one memory: whoever needs a mesh
 /// for long keeps one.
@@ -107,11 +107,13 @@ pub enum MeshError {
     /// A group without a name.
     #[error("a group has no name; name every group")]
     UnnamedGroup,
-    /// A name used for two groups.
-    #[error("two groups are named \"{group}\"; give every group its own name, also across dimensions")]
+    /// A name used for two groups of one kind and owner.
+    #[error("two {kind} groups are named \"{group}\"; give each its own name")]
     DuplicateGroup {
         /// The name.
         group: String,
+        /// The kind of both.
+        kind: GroupKind,
     },
 }
 
@@ -205,8 +207,8 @@ impl Mesh {
             if group.name.is_empty() {
                 return Err(MeshError::UnnamedGroup);
             }
-            if !names.insert(group.name.as_str()) {
-                return Err(MeshError::DuplicateGroup { group: group.name.clone() });
+            if !names.insert((group.name.as_str(), group.kind, group.owners.first())) {
+                return Err(MeshError::DuplicateGroup { group: group.name.clone(), kind: group.kind });
             }
             let out_of_range =
                 |what, index, count| Err(MeshError::GroupOutOfRange { group: group.name.clone(), what, index, count });
@@ -285,7 +287,7 @@ impl Mesh {
         &self.parts.groups
     }
 
-    /// The group of that name.
+    /// The first group of that name; [`Mesh::find`] tells namesakes apart.
     pub fn group(&self, name: &str) -> Option<&Group> {
         self.parts.groups.iter().find(|group| group.name == name)
     }
@@ -381,7 +383,6 @@ fn first_duplicate<T: Ord + Copy>(values: &[T]) -> Option<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::GroupKind;
     use crate::generate::{BoxSpec, box_mesh};
 
     type Parts = (Vec<[f64; 3]>, Vec<NodeLabel>, Vec<[u32; 8]>, Vec<ElementLabel>);
@@ -438,7 +439,7 @@ mod tests {
     #[test]
     fn group_names_are_unique_and_groups_are_not_empty() {
         let (x, n, h, e) = cube_parts();
-        let twice = vec![Group::volume("a", vec![0]), Group::point("a", vec![1])];
+        let twice = vec![Group::volume("a", vec![0]), Group::volume("a", vec![0])];
         let new = |groups| Mesh::new(x.clone(), n.clone(), h.clone(), e.clone(), groups);
         assert!(matches!(new(twice), Err(MeshError::DuplicateGroup { .. })));
         assert!(matches!(new(vec![Group::curve("c", vec![])]), Err(MeshError::EmptyGroup { .. })));

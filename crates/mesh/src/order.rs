@@ -133,6 +133,7 @@ impl Mesh {
                 .iter()
                 .map(|group| Group {
                     name: group.name.clone(),
+                    owners: group.owners.clone(),
                     kind: group.kind,
                     nodes: sorted(group.nodes.iter().map(|&old| node(old)).collect()),
                     elements: sorted(group.elements.iter().map(|&old| new_elements[old as usize]).collect()),

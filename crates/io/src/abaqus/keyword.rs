@@ -2,15 +2,32 @@
 
 use std::borrow::Cow;
 
+use super::source::Source;
 use crate::error::{Located, Place, Problem, excerpt, visible_name};
+
+/// A line of one of the files.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Origin {
+    /// Which file, the first being 0.
+    pub source: u32,
+    /// Counted from 1.
+    pub line: u64,
+}
+
+impl Origin {
+    pub fn fail(self, problem: Problem) -> Located {
+        Located { source: self.source, ..problem.at(Place::Line(self.line)) }
+    }
+}
 
 /// A line that says something.
 #[derive(Debug, Clone)]
 pub(super) struct Line<'a> {
     /// Without surrounding white space; bytes that are not text replaced.
     pub text: Cow<'a, str>,
-    /// Counted from 1.
-    pub number: u64,
+    pub origin: Origin,
+    /// Where it starts in its file.
+    pub start: usize,
 }
 
 impl Line<'_> {
@@ -24,7 +41,7 @@ impl Line<'_> {
     }
 
     pub fn fail(&self, problem: Problem) -> Located {
-        problem.at(Place::Line(self.number))
+        self.origin.fail(problem)
     }
 
     pub fn syntax(&self, message: String) -> Located {
@@ -32,8 +49,8 @@ impl Line<'_> {
     }
 
     /// What is between the commas.
-    pub fn fields(&self) -> impl Iterator<Item = &str> {
-        self.text.split(',').map(str::trim)
+    pub fn fields(&self) -> Fields<'_> {
+        fields(&self.text)
     }
 
     /// A node's or an element's number.
@@ -46,29 +63,146 @@ impl Line<'_> {
         let number = field.parse().or_else(|_| field.replace(['d', 'D'], "e").parse());
         number.map_err(|_| self.fail(Problem::NotANumber { what, found: excerpt(field.as_bytes()) }))
     }
+
+    /// Real numbers, of which an empty field is 0, and how many there were.
+    pub fn reals<const COUNT: usize>(&self, what: &'static str) -> Result<([f64; COUNT], usize), Located> {
+        let mut numbers = [0.0; COUNT];
+        let mut count = 0;
+        for (number, field) in numbers.iter_mut().zip(self.fields()) {
+            count += 1;
+            if !field.is_empty() {
+                *number = self.real(what, field)?;
+            }
+        }
+        Ok((numbers, count))
+    }
 }
 
-/// The lines of a file that are neither empty nor comments.
-#[derive(Debug, Clone)]
-pub(super) struct Lines<'a> {
-    rest: &'a [u8],
+/// The fields of a line: a comma in quotes is part of a field.
+#[derive(Debug)]
+pub(super) struct Fields<'a> {
+    rest: Option<&'a str>,
+    has_quotes: bool,
+}
+
+pub(super) fn fields(text: &str) -> Fields<'_> {
+    Fields { rest: Some(text), has_quotes: text.contains('"') }
+}
+
+impl<'a> Iterator for Fields<'a> {
+    type Item = &'a str;
+
+    fn next(&mut self) -> Option<&'a str> {
+        let rest = self.rest?;
+        let mut is_inside = false;
+        let ends = |byte: &u8| {
+            is_inside ^= *byte == b'"' && self.has_quotes;
+            *byte == b',' && !is_inside
+        };
+        let end = rest.as_bytes().iter().position(ends);
+        self.rest = end.map(|end| &rest[end + 1..]);
+        Some(rest[..end.unwrap_or(rest.len())].trim())
+    }
+}
+
+/// A line before it is text.
+#[derive(Debug, Clone, Copy)]
+struct RawLine<'a> {
+    bytes: &'a [u8],
+    origin: Origin,
+    start: usize,
+}
+
+/// Where a file is read.
+#[derive(Debug)]
+struct Frame {
+    source: usize,
+    at: usize,
     number: u64,
+    insertion: usize,
+}
+
+/// The lines that are neither empty nor comments, of a file and of those that it includes.
+#[derive(Debug)]
+pub(super) struct Lines<'a> {
+    sources: &'a [Source<'a>],
+    stack: Vec<Frame>,
+    ahead: Option<RawLine<'a>>,
+    /// Where the last file ended, and the number of its last line.
+    end: (usize, u64),
 }
 
 impl<'a> Lines<'a> {
-    pub fn new(bytes: &'a [u8]) -> Self {
-        Self { rest: bytes, number: 0 }
+    /// Those of the first file, with what it includes.
+    pub fn new(sources: &'a [Source<'a>]) -> Self {
+        Self::of_one(sources, 0)
+    }
+
+    /// Those of one of the files.
+    pub fn of_one(sources: &'a [Source<'a>], source: usize) -> Self {
+        Self { sources, stack: vec![Frame { source, at: 0, number: 0, insertion: 0 }], ahead: None, end: (0, 0) }
+    }
+
+    fn raw(&mut self) -> Option<RawLine<'a>> {
+        if let Some(line) = self.ahead.take() {
+            return Some(line);
+        }
+        loop {
+            let frame = self.stack.last_mut()?;
+            let source = &self.sources[frame.source];
+            if let Some(insertion) = source.insertions.get(frame.insertion).filter(|next| next.at <= frame.at) {
+                (frame.at, frame.number) = insertion.resume;
+                frame.insertion += 1;
+                self.stack.push(Frame { source: insertion.source, at: 0, number: 0, insertion: 0 });
+                continue;
+            }
+            let rest = &source.bytes[frame.at..];
+            if rest.is_empty() {
+                self.end = (frame.at, frame.number);
+                self.stack.pop();
+                continue;
+            }
+            let end = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
+            let bytes = rest[..end].trim_ascii();
+            let start = frame.at;
+            frame.at = source.bytes.len().min(start + end + 1);
+            frame.number += 1;
+            if !bytes.is_empty() && !bytes.starts_with(b"**") {
+                // the number of files is limited
+                let origin = Origin { source: frame.source as u32, line: frame.number };
+                return Some(RawLine { bytes, origin, start });
+            }
+        }
+    }
+
+    fn peek(&mut self) -> Option<RawLine<'a>> {
+        self.ahead = self.raw();
+        self.ahead
+    }
+
+    /// Where the next line of this file is looked for, and the number of the line before.
+    pub fn position(&self) -> (usize, u64) {
+        match (&self.ahead, self.stack.last()) {
+            (Some(line), _) => (line.start, line.origin.line - 1),
+            (None, Some(frame)) => (frame.at, frame.number),
+            (None, None) => self.end,
+        }
     }
 
     /// The next line, unless it is a keyword.
     pub fn next_data(&mut self) -> Option<Line<'a>> {
-        let before = self.clone();
-        match self.next() {
-            Some(line) if !line.is_keyword() => Some(line),
-            _ => {
-                *self = before;
-                None
-            }
+        if self.peek()?.bytes.starts_with(b"*") { None } else { self.next() }
+    }
+
+    /// The next keyword; the data before it is passed over.
+    pub fn next_keyword(&mut self) -> Option<Line<'a>> {
+        self.skip_data();
+        self.next()
+    }
+
+    pub fn skip_data(&mut self) {
+        while self.peek().is_some_and(|line| !line.bytes.starts_with(b"*")) {
+            self.ahead = None;
         }
     }
 }
@@ -77,16 +211,8 @@ impl<'a> Iterator for Lines<'a> {
     type Item = Line<'a>;
 
     fn next(&mut self) -> Option<Line<'a>> {
-        while !self.rest.is_empty() {
-            let end = self.rest.iter().position(|byte| *byte == b'\n').unwrap_or(self.rest.len());
-            let line = self.rest[..end].trim_ascii();
-            self.rest = &self.rest[self.rest.len().min(end + 1)..];
-            self.number += 1;
-            if !line.is_empty() && !line.starts_with(b"**") {
-                return Some(Line { text: String::from_utf8_lossy(line), number: self.number });
-            }
-        }
-        None
+        let RawLine { bytes, origin, start } = self.raw()?;
+        Some(Line { text: String::from_utf8_lossy(bytes), origin, start })
     }
 }
 
@@ -96,29 +222,29 @@ pub(super) struct Keyword {
     /// In capitals, single spaces.
     pub name: String,
     parameters: Vec<(String, String)>,
-    pub line: u64,
+    pub origin: Origin,
 }
 
 impl Keyword {
-    /// A keyword line, with those it goes on to.
-    pub fn parse(first: &Line, lines: &mut Lines) -> Result<Self, Located> {
+    /// A keyword line, with those that it goes on to: a line that ends in a comma goes on where the next one has parameters.
+    /// Many programs write a comma at the end that means nothing; what follows is data then.
+    pub fn parse(first: &Line, lines: &mut Lines) -> Self {
         let mut text = first.text.clone().into_owned();
-        while text.ends_with(',') {
-            match lines.next_data() {
-                Some(line) => text += &line.text,
-                None => break,
+        while text.ends_with(',') && lines.peek().is_some_and(|line| is_parameters(line.bytes)) {
+            if let Some(line) = lines.next() {
+                text += &line.text;
             }
         }
-        let mut fields = text[1..].split(',').map(str::trim);
+        let mut fields = fields(&text[1..]);
         let name = fields.next().unwrap_or_default().split_ascii_whitespace().collect::<Vec<_>>().join(" ");
         let parameters = fields
             .filter(|field| !field.is_empty())
             .map(|field| {
                 let (key, value) = field.split_once('=').unwrap_or((field, ""));
-                (key.trim().to_ascii_uppercase(), value.trim().trim_matches('"').to_owned())
+                (key.trim().to_ascii_uppercase(), unquoted(value).to_owned())
             })
             .collect();
-        Ok(Self { name: name.to_ascii_uppercase(), parameters, line: first.number })
+        Self { name: name.to_ascii_uppercase(), parameters, origin: first.origin }
     }
 
     pub fn has(&self, key: &str) -> bool {
@@ -131,26 +257,38 @@ impl Keyword {
 
     /// The value of a parameter that names something.
     pub fn name_value(&self, key: &str) -> Result<Option<String>, Located> {
-        let line = Line { text: Cow::Borrowed(""), number: self.line };
-        self.value(key).map(|name| checked_name(&line, name)).transpose()
+        self.value(key).map(|name| checked_name(self.origin, name)).transpose()
     }
 
     pub fn syntax(&self, message: String) -> Located {
-        Problem::Syntax { message }.at(Place::Line(self.line))
+        self.origin.fail(Problem::Syntax { message })
     }
 
     pub fn not_supported(&self, what: String, advice: &'static str) -> Located {
-        Problem::NotSupported { what, advice }.at(Place::Line(self.line))
+        self.origin.fail(Problem::NotSupported { what, advice })
     }
 }
 
+/// A name without quotes around it, and without blanks around that.
+pub(super) fn unquoted(name: &str) -> &str {
+    name.trim().trim_matches('"').trim()
+}
+
+/// Whether a line has parameters of a keyword, as against data, which has no equals sign and no such word.
+fn is_parameters(line: &[u8]) -> bool {
+    const FLAGS: [&[u8]; 4] = [b"GENERATE", b"INTERNAL", b"UNSORTED", b"ELEMENT BY ELEMENT"];
+    let first = line.split(|byte| *byte == b',').next().unwrap_or_default().trim_ascii();
+    let first_word = first.split(|byte| *byte == b'"').next().unwrap_or_default();
+    !line.starts_with(b"*") && (first_word.contains(&b'=') || FLAGS.iter().any(|flag| first.eq_ignore_ascii_case(flag)))
+}
+
 /// A name that is there and is text.
-pub(super) fn checked_name(line: &Line, name: &str) -> Result<String, Located> {
+pub(super) fn checked_name(origin: Origin, name: &str) -> Result<String, Located> {
     if name.is_empty() {
-        Err(line.syntax("a name is missing".into()))
+        Err(origin.fail(Problem::Syntax { message: "a name is missing".into() }))
     } else if name.contains('\u{fffd}') {
-        Err(line.fail(Problem::NameNotUtf8))
+        Err(origin.fail(Problem::NameNotUtf8))
     } else {
-        visible_name(name).map_err(|problem| line.fail(problem))
+        visible_name(name).map_err(|problem| origin.fail(problem))
     }
 }

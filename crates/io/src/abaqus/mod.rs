@@ -1,146 +1,107 @@
-//! Abaqus input files: nodes, bricks, wedges, pyramids, tets, sets and surfaces. What else they say is passed over with a warning.
+//! Abaqus input files: nodes, bricks, wedges, pyramids, tets, sets and surfaces, in parts and instances or without, in one file
+//! or several. What else they say is passed over and counted.
 
+mod build;
+mod element_type;
 mod keyword;
+mod placement;
+mod scope;
 mod sets;
+mod source;
 
 use std::collections::BTreeMap;
-
-use arrayvec::ArrayVec;
-use estar_mesh::{MOST_NODES, NodeLabel, Shape};
+use std::path::Path;
 
 use crate::MeshFile;
-use crate::assembly::{Assembly, NodeIndex};
-use crate::error::{Located, Place, Problem, Unsupported, excerpt};
-use keyword::{Keyword, Line, Lines};
-use sets::{Members, SetDefinition, SetKind, Sets, SurfaceDefinition};
+use crate::error::{Located, Problem, ReadError, excerpt};
+use crate::other_format::ls_dyna;
+use element_type::Use;
+use keyword::{Keyword, Line, Lines, Origin, checked_name, unquoted};
+use placement::{Coordinates, Placement};
+use scope::{Element, Scope};
+use sets::{FaceChoice, Members, SetDefinition, SetKind, SurfaceContent, SurfaceDefinition, member};
 
-/// What an element is to a mesh of solids.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Use {
-    Solid(Shape),
-    /// A face of so many nodes, which only names faces.
-    Face(usize),
-    /// A line of so many nodes, which only names nodes.
-    Line(usize),
-    /// Of no use, and harmless.
-    PassedOver,
+/// Whose lines these are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Level {
+    /// Of no part: all of a file without parts, or the assembly and what follows it.
+    #[default]
+    Outer,
+    Part(usize),
+    Instance(usize),
 }
 
-impl Use {
-    /// The use of an element type; an error's advice for solids that are not supported.
-    fn of(element_type: &str) -> Result<Self, &'static str> {
-        const SOLIDS: [(&str, Shape); 5] = [
-            ("C3D8", Shape::Hex8),
-            ("C3D6", Shape::Wedge6),
-            ("C3D5", Shape::Pyramid5),
-            ("C3D4", Shape::Tet4),
-            ("C3D10", Shape::Tet10),
-        ];
-        const QUADS: [&str; 7] = ["CPS4", "CPE4", "CAX4", "S4", "M3D4", "SFM3D4", "R3D4"];
-        const TRIANGLES: [&str; 8] = ["CPS3", "CPE3", "CAX3", "S3", "STRI3", "M3D3", "SFM3D3", "R3D3"];
-        const TRIANGLES_OF_SIX: [&str; 6] = ["CPS6", "CPE6", "CAX6", "STRI65", "M3D6", "SFM3D6"];
-        const LINES: [&str; 5] = ["T2D2", "T3D2", "B31", "B21", "R2D2"];
-        const LINES_OF_THREE: [&str; 4] = ["T2D3", "T3D3", "B32", "B22"];
-        let is_type = |base: &str| {
-            let rest = element_type.strip_prefix(base);
-            rest.is_some_and(|letters| letters.bytes().all(|byte| byte.is_ascii_uppercase()))
-        };
-        let is_any = |types: &[&str]| types.iter().any(|base| is_type(base));
-        // diffusive elements are those of the same shape
-        let solid = element_type.strip_prefix('D').unwrap_or(element_type);
-        let is_solid = |base: &str| {
-            solid.strip_prefix(base).is_some_and(|letters| letters.bytes().all(|byte| byte.is_ascii_uppercase()))
-        };
-        if let Some((_, shape)) = SOLIDS.into_iter().find(|(base, _)| is_solid(base)) {
-            Ok(Self::Solid(shape))
-        } else if solid.starts_with("C3D") || element_type.starts_with("SC") {
-            Err("mesh the volume with C3D8, C3D6, C3D4 or C3D10 (or what has as many nodes, such as C3D8R or C3D10M)")
-        } else if is_any(&QUADS) {
-            Ok(Self::Face(4))
-        } else if is_any(&TRIANGLES) {
-            Ok(Self::Face(3))
-        } else if is_any(&TRIANGLES_OF_SIX) {
-            Ok(Self::Face(6))
-        } else if is_any(&LINES) {
-            Ok(Self::Line(2))
-        } else if is_any(&LINES_OF_THREE) {
-            Ok(Self::Line(3))
-        } else {
-            Ok(Self::PassedOver)
-        }
-    }
-
-    fn node_count(self) -> usize {
-        match self {
-            Self::Solid(shape) => shape.node_count(),
-            Self::Face(count) | Self::Line(count) => count,
-            Self::PassedOver => 0,
-        }
-    }
-}
-
-/// An element by the numbers of the file.
+/// A part where it is placed.
 #[derive(Debug)]
-struct Element {
-    label: u64,
-    usage: Use,
-    nodes: ArrayVec<u64, MOST_NODES>,
-    line: u64,
-    /// Its index among the solids, if it is one.
-    index: u32,
+struct Instance {
+    name: Option<String>,
+    part: String,
+    placement: Placement,
+    /// What the instance has beside its part; all of it where it was meshed as an instance.
+    own: Scope,
+    origin: Origin,
 }
 
-/// Where in the hierarchy of parts and instances a line is.
-#[derive(Debug, Default)]
-struct Level {
-    part_count: usize,
-    instance_count: usize,
-    in_part: bool,
-    in_assembly: bool,
-    in_instance: bool,
+/// Elements of a type that is no solid, or one that cannot be used.
+#[derive(Debug)]
+struct Tally {
+    usage: Use,
+    count: u64,
+    first: u64,
+    origin: Origin,
 }
 
 #[derive(Debug, Default)]
 struct Reader {
     level: Level,
-    node_labels: Vec<NodeLabel>,
-    coordinates: Vec<[f64; 3]>,
-    elements: Vec<Element>,
-    solid_count: u32,
-    sets: Sets,
-    /// By type: how many, the first, and where.
-    unsupported: BTreeMap<String, (u64, u64, u64, &'static str)>,
+    outer: Scope,
+    parts: Vec<(String, Scope)>,
+    instances: Vec<Instance>,
+    /// By type.
+    others: BTreeMap<String, Tally>,
     passed_over: BTreeMap<String, u64>,
 }
 
-/// Reads an Abaqus input file.
-pub(crate) fn read(bytes: &[u8]) -> Result<MeshFile, Located> {
+/// Reads an Abaqus input file, which lies at the path if it is a file.
+pub(crate) fn read(bytes: &[u8], name: &str, path: Option<&Path>) -> Result<MeshFile, ReadError> {
+    let sources = source::load(bytes, name, path)?;
+    let located = read_lines(Lines::new(&sources));
+    located.map_err(|located| {
+        let source = sources.get(located.source as usize).map_or(name, |source| &source.name);
+        located.in_file(source)
+    })
+}
+
+fn read_lines(mut lines: Lines) -> Result<MeshFile, Located> {
     let mut reader = Reader::default();
-    let mut lines = Lines::new(bytes);
     while let Some(line) = lines.next() {
         if !line.is_keyword() {
             return Err(line.syntax(format!("expected a keyword, found: {}", excerpt(line.text.as_bytes()))));
         }
-        let keyword = Keyword::parse(&line, &mut lines)?;
+        let keyword = Keyword::parse(&line, &mut lines);
+        if keyword.name.starts_with("ELEMENT_") {
+            return Err(line.fail(ls_dyna()));
+        }
         reader.keyword(&keyword, &mut lines)?;
     }
-    reader.finish()
+    reader.mesh_file()
 }
 
 impl Reader {
     fn keyword(&mut self, keyword: &Keyword, lines: &mut Lines) -> Result<(), Located> {
-        if let Some(file) = keyword.value("INPUT") {
-            let what = format!("*{}, INPUT={file}", keyword.name);
-            return Err(keyword.not_supported(what, "paste the other file's lines into this one"));
-        }
         match keyword.name.as_str() {
             "NODE" => self.nodes(keyword, lines),
             "ELEMENT" => self.elements(keyword, lines),
             "NSET" => self.set(keyword, lines, SetKind::Nodes),
             "ELSET" => self.set(keyword, lines, SetKind::Elements),
             "SURFACE" => self.surface(keyword, lines),
-            "INCLUDE" => Err(keyword.not_supported("*INCLUDE".into(), "paste the other file's lines into this one")),
-            "NGEN" | "NFILL" | "NCOPY" | "ELGEN" | "ELCOPY" | "NMAP" | "SYSTEM" => {
+            "SYSTEM" => self.system(keyword, lines),
+            "INCLUDE" => match keyword.value("INPUT") {
+                // its lines have come in
+                Some(_) => Ok(()),
+                None => Err(keyword.syntax("*INCLUDE needs INPUT=file".into())),
+            },
+            "NGEN" | "NFILL" | "NCOPY" | "ELGEN" | "ELCOPY" | "NMAP" => {
                 let what = format!("*{}", keyword.name);
                 Err(keyword.not_supported(what, "write every node and element out, as Abaqus/CAE does"))
             }
@@ -151,47 +112,95 @@ impl Reader {
                 if !matches!(name, "HEADING" | "PREPRINT") {
                     *self.passed_over.entry(name.to_owned()).or_default() += 1;
                 }
-                while lines.next_data().is_some() {}
+                lines.skip_data();
                 Ok(())
             }
         }
     }
 
-    /// One part and one instance of it where it stands are as good as none.
+    fn scope(&mut self) -> &mut Scope {
+        match self.level {
+            Level::Outer => &mut self.outer,
+            Level::Part(part) => &mut self.parts[part].1,
+            Level::Instance(instance) => &mut self.instances[instance].own,
+        }
+    }
+
     fn hierarchy(&mut self, keyword: &Keyword, lines: &mut Lines) -> Result<(), Located> {
-        const FLAT: &str = "write a flat input file of one part, placed where it was made";
-        let level = &mut self.level;
         match keyword.name.as_str() {
-            "PART" => (level.part_count, level.in_part) = (level.part_count + 1, true),
-            "END PART" => level.in_part = false,
-            "ASSEMBLY" => level.in_assembly = true,
-            "END ASSEMBLY" => level.in_assembly = false,
-            "INSTANCE" => (level.instance_count, level.in_instance) = (level.instance_count + 1, true),
-            _ => level.in_instance = false,
-        }
-        if level.part_count > 1 {
-            return Err(keyword.not_supported("more than one *PART".into(), FLAT));
-        }
-        if level.instance_count > 1 {
-            return Err(keyword.not_supported("more than one *INSTANCE".into(), FLAT));
-        }
-        while let Some(line) = lines.next_data() {
-            for field in line.fields() {
-                if keyword.name == "INSTANCE" && line.real("a translation or rotation", field)? != 0.0 {
-                    let what = "an *INSTANCE that is moved or turned".into();
-                    return Err(line.fail(Problem::NotSupported { what, advice: FLAT }));
+            "PART" => {
+                let name = keyword.name_value("NAME")?.unwrap_or_else(|| format!("part-{}", self.parts.len() + 1));
+                if self.parts.iter().any(|(other, _)| other.eq_ignore_ascii_case(&name)) {
+                    return Err(keyword.syntax(format!("a second *PART with the name {name}")));
                 }
+                self.level = Level::Part(self.parts.len());
+                self.parts.push((name, Scope::default()));
             }
+            "INSTANCE" => {
+                if keyword.has("LIBRARY") || keyword.has("INSTANCE") {
+                    let what = "an *INSTANCE of another job".into();
+                    return Err(keyword.not_supported(what, "write its nodes and elements into this file"));
+                }
+                let name = keyword.name_value("NAME")?;
+                let is_namesake = |other: &Instance| match (&other.name, &name) {
+                    (Some(other), Some(name)) => other.eq_ignore_ascii_case(name),
+                    _ => false,
+                };
+                if self.instances.iter().any(is_namesake) {
+                    return Err(
+                        keyword.syntax(format!("a second *INSTANCE with the name {}", name.unwrap_or_default()))
+                    );
+                }
+                let Some(part) = keyword.name_value("PART")? else {
+                    return Err(keyword.syntax("*INSTANCE needs PART=name".into()));
+                };
+                let placement = placement_of_instance(lines)?;
+                self.level = Level::Instance(self.instances.len());
+                let (own, origin) = (Scope::default(), keyword.origin);
+                self.instances.push(Instance { name, part, placement, own, origin });
+            }
+            _ => self.level = Level::Outer,
         }
+        lines.skip_data();
+        Ok(())
+    }
+
+    fn system(&mut self, keyword: &Keyword, lines: &mut Lines) -> Result<(), Located> {
+        const WHAT: &str = "a coordinate of *SYSTEM";
+        let Some(line) = lines.next_data() else {
+            self.scope().system = None;
+            return Ok(());
+        };
+        let (points, count) = line.reals::<6>(WHAT)?;
+        let third = lines.next_data().map(|line| line.reals::<3>(WHAT)).transpose()?;
+        lines.skip_data();
+        let [a, b, c, d, e, f] = points;
+        let on_first = (count > 3).then_some([d, e, f]);
+        let system = Placement::of_points([a, b, c], on_first, third.map(|(point, _)| point));
+        let Some(system) = system else {
+            return Err(keyword.syntax("the points of *SYSTEM are one, or lie on one line".into()));
+        };
+        self.scope().system = Some(system);
         Ok(())
     }
 
     fn nodes(&mut self, keyword: &Keyword, lines: &mut Lines) -> Result<(), Located> {
-        if self.level.in_assembly && !self.level.in_instance {
-            let what = "a *NODE of the assembly (a reference point)".into();
-            return Err(keyword.not_supported(what, "remove it: only nodes of the part are read"));
+        let coordinates = match keyword.value("SYSTEM").map(str::to_ascii_uppercase).as_deref() {
+            None | Some("R" | "RECTANGULAR") => Coordinates::Rectangular,
+            Some("C" | "CYLINDRICAL") => Coordinates::Cylindrical,
+            Some("S" | "SPHERICAL") => Coordinates::Spherical,
+            Some(other) => {
+                let message = format!("SYSTEM={}: give R, C or S", excerpt(other.as_bytes()));
+                return Err(keyword.syntax(message));
+            }
+        };
+        let name = keyword.name_value("NSET")?;
+        let scope = self.scope();
+        if scope.node_origin == Origin::default() {
+            scope.node_origin = keyword.origin;
         }
-        let first = self.node_labels.len();
+        let is_plain = coordinates == Coordinates::Rectangular && scope.system.is_none();
+        let first = scope.node_labels.len();
         while let Some(line) = lines.next_data() {
             let mut fields = line.fields();
             let label = line.label("a node's number", fields.next().unwrap_or_default())?;
@@ -200,12 +209,17 @@ impl Reader {
                 // An empty field is 0.
                 *value = if field.is_empty() { 0.0 } else { line.real("a coordinate", field)? };
             }
-            self.node_labels.push(NodeLabel(label));
-            self.coordinates.push(position);
+            if !is_plain {
+                position = coordinates.rectangular(position);
+                position = scope.system.unwrap_or_default().apply(position);
+            }
+            scope.node_labels.push(label);
+            scope.coordinates.push(position);
         }
-        if let Some(name) = keyword.name_value("NSET")? {
-            let members = self.node_labels[first..].iter().map(|label| Members::One(label.0)).collect();
-            self.sets.define(SetKind::Nodes, name, SetDefinition { members, is_internal: false, line: keyword.line });
+        if let Some(name) = name {
+            // a mesh has fewer than 2³² nodes
+            let own = Members::Own(first as u32..scope.node_labels.len() as u32);
+            scope.sets.push(definition(SetKind::Nodes, name, vec![own], keyword.origin));
         }
         Ok(())
     }
@@ -214,59 +228,70 @@ impl Reader {
         let Some(element_type) = keyword.value("TYPE").map(str::to_ascii_uppercase) else {
             return Err(keyword.syntax("*ELEMENT needs a TYPE, such as C3D8 or C3D10".into()));
         };
-        let usage = Use::of(&element_type);
-        let word_count = 1 + usage.map_or(0, Use::node_count);
-        let mut members = Vec::new();
-        let mut words = Vec::new();
-        let mut first_line = keyword.line;
+        let element_type = excerpt(element_type.as_bytes());
+        let usage = match Use::of(&element_type) {
+            // the assembly's own elements join its parts: their nodes have names of instances before them
+            usage if self.level == Level::Outer && !self.parts.is_empty() && !is_solid(usage) => Use::LeftOut,
+            usage => usage,
+        };
+        let node_count = usage.node_count(&element_type);
+        let name = keyword.name_value("ELSET")?;
+        let mut tally = Tally { usage, count: 0, first: 0, origin: keyword.origin };
+        let scope = self.scope();
+        let first = scope.elements.len();
+        let mut words: Vec<u64> = Vec::new();
+        let mut label = None;
+        let mut origin = keyword.origin;
         while let Some(line) = lines.next_data() {
-            if words.is_empty() {
-                first_line = line.number;
+            let mut fields = line.fields().filter(|field| !field.is_empty());
+            if label.is_none() {
+                let Some(field) = fields.next() else { continue };
+                label = Some(line.label("an element's number", field)?);
+                origin = line.origin;
             }
-            for field in line.fields().filter(|field| !field.is_empty()) {
-                words.push(line.label("a number of an element", field)?);
+            for field in fields {
+                match field.parse() {
+                    Ok(node) => words.push(node),
+                    // behind the name of an instance
+                    Err(_) if usage == Use::LeftOut => words.push(u64::MAX),
+                    Err(_) => words.push(line.label("a number of an element", field)?),
+                }
             }
-            let label = words.first().copied().unwrap_or_default();
-            match usage {
-                Err(advice) => {
-                    // How many nodes it has is not known here: one that ends with a comma goes on.
-                    let tally = self.unsupported.entry(element_type.clone()).or_insert((0, label, first_line, advice));
-                    tally.0 += u64::from(!line.goes_on());
-                    if !line.goes_on() {
-                        words.clear();
-                    }
-                }
-                Ok(Use::PassedOver) => {
-                    if !line.goes_on() {
-                        *self.passed_over.entry(format!("ELEMENT, TYPE={element_type}")).or_default() += 1;
-                        self.sets.passed_over_elements.insert(label);
-                        words.clear();
-                    }
-                }
-                Ok(usage) if words.len() >= word_count => {
-                    if words.len() > word_count {
-                        let message =
-                            format!("element {label}: {} nodes instead of {}", words.len() - 1, word_count - 1);
-                        return Err(line.syntax(message));
-                    }
-                    let nodes = words[1..].iter().copied().collect();
-                    self.elements.push(Element { label, usage, nodes, line: first_line, index: self.solid_count });
-                    self.solid_count += u32::from(matches!(usage, Use::Solid(_)));
-                    members.push(Members::One(label));
-                    words.clear();
-                }
-                Ok(_) => {}
+            let is_whole = match node_count {
+                Some(count) => words.len() >= count,
+                None => !line.goes_on(),
+            };
+            // of what is left out it is enough to know that it is there
+            let (Some(number), true) = (label, is_whole || usage == Use::LeftOut && !line.goes_on()) else { continue };
+            if let (Some(count), true) = (node_count, matches!(usage, Use::Solid(_) | Use::Face(_) | Use::Line(_)))
+                && words.len() > count
+            {
+                return Err(line.syntax(format!("element {number}: {} nodes instead of {count}", words.len())));
             }
+            let start = scope.element_nodes.len();
+            if usage != Use::LeftOut {
+                scope.element_nodes.extend(&words);
+            }
+            let nodes = start..scope.element_nodes.len();
+            scope.elements.push(Element { label: number, usage, nodes, origin });
+            if tally.count == 0 {
+                (tally.first, tally.origin) = (number, origin);
+            }
+            tally.count += 1;
+            words.clear();
+            label = None;
         }
-        if usage.is_ok() && !words.is_empty() {
-            let message = format!("element {}: {} nodes instead of {}", words[0], words.len() - 1, word_count - 1);
-            return Err(Problem::Syntax { message }.at(Place::Line(first_line)));
+        if let (Some(label), Some(count)) = (label, node_count) {
+            let message = format!("element {label}: {} nodes instead of {count}", words.len());
+            return Err(origin.fail(Problem::Syntax { message }));
         }
-        if let Some(name) = keyword.name_value("ELSET")?
-            && !members.is_empty()
-        {
-            let definition = SetDefinition { members, is_internal: false, line: keyword.line };
-            self.sets.define(SetKind::Elements, name, definition);
+        if let Some(name) = name {
+            let own = Members::Own(first as u32..scope.elements.len() as u32);
+            scope.sets.push(definition(SetKind::Elements, name, vec![own], keyword.origin));
+        }
+        if !is_solid(usage) && tally.count > 0 {
+            let count = tally.count;
+            self.others.entry(element_type).and_modify(|tally| tally.count += count).or_insert(tally);
         }
         Ok(())
     }
@@ -280,15 +305,17 @@ impl Reader {
         if kind == SetKind::Nodes
             && let Some(elements) = keyword.name_value("ELSET")?
         {
-            members.push(Members::NodesOf(elements));
+            members.push(Members::NodesOf(elements.into()));
         }
         while let Some(line) = lines.next_data() {
             if keyword.has("GENERATE") {
                 let mut numbers = [0, 0, 1];
+                let mut count = 0;
                 for (number, field) in numbers.iter_mut().zip(line.fields()).filter(|(_, field)| !field.is_empty()) {
                     *number = line.label("a bound of a range", field)?;
+                    count += 1;
                 }
-                let [first, last, step] = numbers;
+                let [first, last, step] = if count == 1 { [numbers[0], numbers[0], 1] } else { numbers };
                 if step == 0 || last < first {
                     let message = format!("the range {first}, {last}, {step} has no members; give first, last, step");
                     return Err(line.syntax(message));
@@ -296,12 +323,14 @@ impl Reader {
                 members.push(Members::Range { first, last, step });
             } else {
                 for field in line.fields().filter(|field| !field.is_empty()) {
-                    members.push(line.member(field)?);
+                    members.push(member(line.origin, field)?);
                 }
             }
         }
+        let instance = keyword.name_value("INSTANCE")?;
         let is_internal = keyword.has("INTERNAL");
-        self.sets.define(kind, name, SetDefinition { members, is_internal, line: keyword.line });
+        let set = SetDefinition { instance, is_internal, ..definition(kind, name, members, keyword.origin) };
+        self.scope().sets.push(set);
         Ok(())
     }
 
@@ -309,86 +338,88 @@ impl Reader {
         let Some(name) = keyword.name_value("NAME")? else {
             return Err(keyword.syntax("*SURFACE needs NAME=name".into()));
         };
+        let origin = keyword.origin;
         let surface_type = keyword.value("TYPE").unwrap_or("ELEMENT").to_ascii_uppercase();
-        let mut faces = Vec::new();
-        let mut nodes = Vec::new();
-        while let Some(line) = lines.next_data() {
-            let mut fields = line.fields();
-            let member = line.member(fields.next().unwrap_or_default())?;
-            match surface_type.as_str() {
-                "NODE" => nodes.push(member),
-                "ELEMENT" => {
-                    let face = fields.next().unwrap_or_default().to_ascii_uppercase();
-                    let number = face.strip_prefix('S').and_then(|number| number.parse::<usize>().ok());
-                    match number {
-                        Some(number @ 1..=6) => faces.push((member, number - 1)),
-                        _ => {
-                            let message = format!(
-                                "face \"{}\": give S1 to S6 after the element or set",
-                                excerpt(face.as_bytes())
-                            );
-                            return Err(line.syntax(message));
-                        }
+        let combine = keyword.value("COMBINE").map(str::to_ascii_uppercase);
+        let content = match (surface_type.as_str(), combine.as_deref()) {
+            ("NODE", None) => {
+                let mut members = Vec::new();
+                while let Some(line) = lines.next_data() {
+                    members.extend(line.fields().next().map(|field| member(line.origin, field)).transpose()?);
+                }
+                self.scope().sets.push(definition(SetKind::Nodes, name, members, origin));
+                return Ok(());
+            }
+            ("ELEMENT", None) => {
+                let mut faces = Vec::new();
+                while let Some(line) = lines.next_data() {
+                    let mut fields = line.fields();
+                    let members = member(line.origin, fields.next().unwrap_or_default())?;
+                    faces.push((members, face_choice(&line, fields.next().unwrap_or_default())?));
+                }
+                SurfaceContent::Faces(faces)
+            }
+            ("ELEMENT", Some("UNION")) => {
+                let mut names = Vec::new();
+                while let Some(line) = lines.next_data() {
+                    for field in line.fields().filter(|field| !field.is_empty()) {
+                        names.push(checked_name(line.origin, unquoted(field))?);
                     }
                 }
-                other => {
-                    let what = format!("*SURFACE, TYPE={}", excerpt(other.as_bytes()));
-                    return Err(keyword.not_supported(what, "use TYPE=ELEMENT or TYPE=NODE"));
-                }
+                SurfaceContent::Union(names)
             }
-        }
-        if surface_type == "NODE" {
-            let definition = SetDefinition { members: nodes, is_internal: false, line: keyword.line };
-            self.sets.define(SetKind::Nodes, name, definition);
-        } else {
-            self.sets.surfaces.push(SurfaceDefinition { name, faces, line: keyword.line });
-        }
+            // rigid, of cuts, of other surfaces: no faces of the mesh
+            _ => {
+                let what = if combine.is_some() { "COMBINE" } else { "TYPE" };
+                let value = combine.unwrap_or(surface_type);
+                let kind = format!("SURFACE, {what}={}", excerpt(value.as_bytes()));
+                *self.passed_over.entry(kind).or_default() += 1;
+                lines.skip_data();
+                return Ok(());
+            }
+        };
+        self.scope().surfaces.push(SurfaceDefinition { name, content, origin });
         Ok(())
-    }
-
-    fn finish(self) -> Result<MeshFile, Located> {
-        if let Some(&(_, _, line, _)) = self.unsupported.values().next() {
-            let list = self.unsupported.into_iter().map(|(kind, (count, first, _, advice))| Unsupported {
-                kind: format!("elements of type {kind}"),
-                count,
-                first,
-                advice,
-            });
-            return Err(Problem::UnsupportedElements(list.collect()).at(Place::Line(line)));
-        }
-        let mut assembly =
-            Assembly { coordinates: self.coordinates, node_labels: self.node_labels, ..Assembly::default() };
-        for (name, count) in &self.passed_over {
-            let times = if *count == 1 { "once" } else { "times" };
-            let count = if *count == 1 { String::new() } else { format!("{count} ") };
-            assembly.warnings.push(format!("*{name} ({count}{times}) is passed over: only the mesh is read"));
-        }
-        let nodes = NodeIndex::new(&assembly.node_labels);
-        for element in &self.elements {
-            let of_element = nodes.nodes(element.label, &element.nodes);
-            let of_element = of_element.map_err(|problem| problem.at(Place::Line(element.line)))?;
-            if let Use::Solid(shape) = element.usage {
-                assembly.add(element.label, shape, &of_element);
-            }
-        }
-        let elements = sets::Elements::new(&self.elements);
-        let groups = self.sets.groups(&nodes, &elements, &mut assembly.warnings)?;
-        assembly.groups = groups;
-        assembly.finish("Abaqus".into()).map_err(|problem| problem.at(Place::File))
     }
 }
 
-impl Line<'_> {
-    /// A member of a set: a number or the name of another set, either possibly behind the name of an instance.
-    fn member(&self, field: &str) -> Result<Members, Located> {
-        let field = field.trim_matches('"');
-        let own = field.rsplit_once('.').map_or(field, |(_, own)| own);
-        match own.parse() {
-            Ok(label) => Ok(Members::One(label)),
-            Err(_) if own.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+') || own.is_empty() => {
-                Err(self.fail(Problem::NotANumber { what: "a member of a set", found: excerpt(field.as_bytes()) }))
-            }
-            Err(_) => Ok(Members::Set(keyword::checked_name(self, own)?)),
+fn is_solid(usage: Use) -> bool {
+    matches!(usage, Use::Solid(_))
+}
+
+fn definition(kind: SetKind, name: String, members: Vec<Members>, origin: Origin) -> SetDefinition {
+    SetDefinition { kind, name, instance: None, members, is_internal: false, origin }
+}
+
+/// The face that a line of a surface names behind the element or set.
+fn face_choice(line: &Line, field: &str) -> Result<FaceChoice, Located> {
+    let face = field.to_ascii_uppercase();
+    let number_behind = |letter: char| face.strip_prefix(letter).and_then(|number| number.parse::<usize>().ok());
+    match (face.as_str(), number_behind('S')) {
+        ("", _) => Ok(FaceChoice::Free),
+        ("SPOS" | "SNEG", _) => Ok(FaceChoice::Side),
+        (_, Some(number @ 1..=6)) => Ok(FaceChoice::Numbered(number - 1)),
+        ("END1" | "END2" | "EDGE" | "CIRC", _) => Ok(FaceChoice::NoFace),
+        _ if number_behind('E').is_some() => Ok(FaceChoice::NoFace),
+        _ => {
+            let shown = excerpt(face.as_bytes());
+            Err(line.syntax(format!(
+                "face \"{shown}\": give S1 to S6 after the element or set, or SPOS or SNEG of a shell"
+            )))
         }
     }
+}
+
+/// The data lines of an instance: a translation, then a turn about the axis through two points by an angle.
+fn placement_of_instance(lines: &mut Lines) -> Result<Placement, Located> {
+    const WHAT: &str = "a translation or rotation";
+    let Some(first) = lines.next_data() else { return Ok(Placement::default()) };
+    let (translation, _) = first.reals::<3>(WHAT)?;
+    let mut turn = None;
+    if let Some(second) = lines.next_data() {
+        let ([a, b, c, d, e, f, angle], _) = second.reals::<7>(WHAT)?;
+        turn = Some(([a, b, c], [d, e, f], angle));
+    }
+    let placement = Placement::moved(translation, turn);
+    placement.ok_or_else(|| first.syntax("the two points of the rotation's axis are one".into()))
 }

@@ -1,12 +1,15 @@
-//! Sets and surfaces: defined in any order, resolved when everything is known.
+//! Sets and surfaces: defined in any order of elements and nodes, resolved when everything is known.
 
-use std::collections::{HashMap, HashSet};
+use std::cell::Cell;
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::ops::Range;
 
-use estar_mesh::{Face, Group, GroupKind};
+use estar_mesh::{Elements, Face, FaceKey, Group, GroupKind};
 
-use super::{Element, Use};
-use crate::assembly::NodeIndex;
-use crate::error::{Located, Place, Problem};
+use super::element_type::Use;
+use super::keyword::{Origin, checked_name, unquoted};
+use super::scope::{Element, Index, Scope};
+use crate::error::{Located, Problem, and_more};
 
 /// What a set is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -19,252 +22,504 @@ pub(super) enum SetKind {
 #[derive(Debug, Clone)]
 pub(super) enum Members {
     One(u64),
-    Range { first: u64, last: u64, step: u64 },
-    Set(String),
-    NodesOf(String),
+    Range {
+        first: u64,
+        last: u64,
+        step: u64,
+    },
+    /// A set, or a number or set behind the name of an instance.
+    Named(Box<str>),
+    /// Those of the same scope from one place to another.
+    Own(Range<u32>),
+    NodesOf(Box<str>),
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct SetDefinition {
+    pub kind: SetKind,
+    pub name: String,
+    /// Whose numbers the members are, where the keyword says it.
+    pub instance: Option<String>,
     pub members: Vec<Members>,
     /// Made by Abaqus/CAE for its own surfaces: not a group.
     pub is_internal: bool,
-    pub line: u64,
+    pub origin: Origin,
 }
 
-#[derive(Debug)]
+impl SetDefinition {
+    /// The same set behind other nodes and elements.
+    pub fn shifted(&self, nodes: u32, elements: u32) -> Self {
+        let offset = if self.kind == SetKind::Nodes { nodes } else { elements };
+        let mut shifted = self.clone();
+        for member in &mut shifted.members {
+            if let Members::Own(range) = member {
+                *range = range.start + offset..range.end + offset;
+            }
+        }
+        shifted
+    }
+}
+
+/// Which faces of an element a surface takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FaceChoice {
+    /// S1 is 0.
+    Numbered(usize),
+    /// SPOS or SNEG: a shell itself.
+    Side,
+    /// All that are on no other element.
+    Free,
+    /// An edge or an end, which is no face.
+    NoFace,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum SurfaceContent {
+    Faces(Vec<(Members, FaceChoice)>),
+    Union(Vec<String>),
+}
+
+#[derive(Debug, Clone)]
 pub(super) struct SurfaceDefinition {
     pub name: String,
-    /// Elements and the face of each, S1 being 0.
-    pub faces: Vec<(Members, usize)>,
-    pub line: u64,
+    pub content: SurfaceContent,
+    pub origin: Origin,
 }
 
-/// The elements of the file, found by their numbers.
+/// A scope in the mesh: an instance of a part, or what stands outside of all parts.
 #[derive(Debug)]
-pub(super) struct Elements<'a> {
-    list: &'a [Element],
-    position: HashMap<u64, usize>,
+pub(super) struct Body<'a> {
+    pub scope: &'a Scope,
+    pub index: &'a Index,
+    /// The name of the instance, if it is one that has a name.
+    pub instance: Option<String>,
+    /// Names of the level, as [`Group::owners`] has them.
+    pub owners: Vec<String>,
+    /// How many nodes, elements and solids of other bodies come before its own.
+    pub node_offset: u32,
+    pub element_offset: u32,
+    pub solid_offset: u32,
 }
 
-impl<'a> Elements<'a> {
-    pub fn new(list: &'a [Element]) -> Self {
-        Self { list, position: list.iter().enumerate().map(|(k, element)| (element.label, k)).collect() }
-    }
+/// All the members that the sets of a file may have together.
+const MOST_MEMBERS: u64 = 100_000_000;
 
-    fn get(&self, label: u64) -> Option<&'a Element> {
-        self.position.get(&label).map(|position| &self.list[*position])
-    }
+/// Members by their places in all bodies, ascending, of sets by kind and name in capitals.
+type Resolved = HashMap<(SetKind, String), Vec<u32>>;
+
+/// The groups of all bodies, and what was left out of them.
+pub(super) struct GroupMaker<'a> {
+    bodies: &'a [Body<'a>],
+    solids: &'a Elements,
+    /// How many of the first bodies are instances of parts.
+    instance_count: usize,
+    sets: Vec<Resolved>,
+    room: Cell<u64>,
+    /// How each name is written, by the name in capitals.
+    spellings: HashMap<String, String>,
+    groups: Vec<Group>,
+    /// Sets and surfaces with nothing that a mesh of solids has.
+    without_members: Vec<String>,
+    /// Faces that are left out of a surface, by its name: they are edges, or on elements that are no solids.
+    no_faces: BTreeMap<String, u64>,
 }
 
-/// All definitions of a file.
-#[derive(Debug, Default)]
-pub(super) struct Sets {
-    /// In the order of the file. A name may come twice: the second adds to the first.
-    definitions: Vec<(SetKind, String, SetDefinition)>,
-    pub surfaces: Vec<SurfaceDefinition>,
-    pub passed_over_elements: HashSet<u64>,
-}
-
-/// Members by number, ascending, of sets by kind and name in capitals.
-type Resolved = HashMap<(SetKind, String), Vec<u64>>;
-
-impl Sets {
-    pub fn define(&mut self, kind: SetKind, name: String, definition: SetDefinition) {
-        self.definitions.push((kind, name, definition));
+impl<'a> GroupMaker<'a> {
+    pub fn new(bodies: &'a [Body<'a>], instance_count: usize, solids: &'a Elements) -> Self {
+        Self {
+            bodies,
+            solids,
+            instance_count,
+            sets: Vec::new(),
+            room: Cell::new(MOST_MEMBERS),
+            spellings: HashMap::new(),
+            groups: Vec::new(),
+            without_members: Vec::new(),
+            no_faces: BTreeMap::new(),
+        }
     }
 
-    /// The groups: element sets, then surfaces, then node sets.
-    pub fn groups(
-        &self,
-        nodes: &NodeIndex,
-        elements: &Elements,
-        warnings: &mut Vec<String>,
-    ) -> Result<Vec<Group>, Located> {
-        let resolved = self.resolved(nodes, elements)?;
-        let mut groups = Groups { list: Vec::new(), taken: HashMap::new(), warnings };
-        let named = |kind: SetKind| {
-            let mut seen = HashSet::new();
-            self.definitions.iter().filter(move |(its_kind, name, definition)| {
-                *its_kind == kind && !definition.is_internal && seen.insert(name.to_ascii_uppercase())
-            })
-        };
-        for (kind, name, definition) in named(SetKind::Elements) {
-            let labels = &resolved[&(*kind, name.to_ascii_uppercase())];
-            match self.element_group(name, labels, nodes, elements) {
-                Some(group) => groups.add(group, "_elements"),
-                None if labels.is_empty() => return Err(empty(name, GroupKind::Volume, definition.line)),
-                None => groups.warnings.push(format!("the set \"{name}\" has only elements that are passed over")),
-            }
+    /// The groups: of each body element sets, surfaces, node sets.
+    pub fn groups(mut self, warnings: &mut Vec<String>) -> Result<Vec<Group>, Located> {
+        for body in 0..self.bodies.len() {
+            let resolved = self.resolved(body)?;
+            self.sets.push(resolved);
+            let first_group = self.groups.len();
+            self.element_sets(body);
+            self.surfaces(body, first_group)?;
+            self.node_sets(body);
         }
-        for surface in &self.surfaces {
-            groups.add(surface_group(surface, nodes, elements, &resolved)?, "_surface");
+        if !self.without_members.is_empty() {
+            let names = and_more(self.without_members.iter().map(|name| format!("\"{name}\"")));
+            let sets = if self.without_members.len() == 1 { "set or surface has" } else { "sets or surfaces have" };
+            let count = self.without_members.len();
+            warnings.push(format!("{count} {sets} no nodes or faces of solids, and no group is made of them: {names}"));
         }
-        for (kind, name, definition) in named(SetKind::Nodes) {
-            let labels = &resolved[&(*kind, name.to_ascii_uppercase())];
-            if labels.is_empty() {
-                return Err(empty(name, GroupKind::Point, definition.line));
-            }
-            let mut indices: Vec<u32> = labels.iter().filter_map(|label| nodes.get(*label)).collect();
-            indices.sort_unstable();
-            // Abaqus/CAE writes the nodes of an element set under its name: that group has them already.
-            let namesake = groups.taken.get(&name.to_ascii_uppercase()).map(|position| &groups.list[*position]);
-            if namesake.is_none_or(|group| group.nodes != indices) {
-                groups.add(Group::point(name.as_str(), indices), "_nodes");
-            }
+        if !self.no_faces.is_empty() {
+            let names = and_more(self.no_faces.iter().map(|(name, count)| format!("\"{name}\" ({count})")));
+            warnings.push(format!("members of surfaces that are no faces of solids or shells are left out: {names}"));
         }
-        Ok(groups.list)
+        Ok(self.groups)
     }
 
-    /// The members of every set. A set may name only sets before it, so that this ends.
-    fn resolved(&self, nodes: &NodeIndex, elements: &Elements) -> Result<Resolved, Located> {
+    /// The members of every set of a body. A set may name only sets before it, so that this ends.
+    fn resolved(&mut self, body: usize) -> Result<Resolved, Located> {
         let mut resolved = Resolved::new();
-        for (kind, name, definition) in &self.definitions {
-            let mut labels = Vec::new();
-            for member in &definition.members {
-                if let Members::NodesOf(set) = member {
-                    let key = (SetKind::Elements, set.to_ascii_uppercase());
-                    let of_set = resolved.get(&key).ok_or_else(|| missing(name, "set", set, definition.line))?;
-                    let used = of_set.iter().filter_map(|label| elements.get(*label));
-                    labels.extend(used.flat_map(|element| &element.nodes));
-                    continue;
-                }
-                for_each_label(member, *kind, name, definition.line, &resolved, &mut |label| {
-                    let (known, what) = match kind {
-                        SetKind::Nodes => (nodes.get(label).is_some(), "node"),
-                        SetKind::Elements => {
-                            let known = elements.get(label).is_some() || self.passed_over_elements.contains(&label);
-                            (known, "element")
-                        }
-                    };
-                    labels.push(label);
-                    if known { Ok(()) } else { Err(missing(name, what, &label.to_string(), definition.line)) }
-                })?;
+        let scope = self.bodies[body].scope;
+        for set in &scope.sets {
+            let name = &set.name;
+            if let Some(instance) = &set.instance
+                && self.body_named(body, instance).is_none()
+            {
+                return Err(missing(name, "instance", instance, set.origin));
             }
-            let all = resolved.entry((*kind, name.to_ascii_uppercase())).or_default();
-            all.extend(labels);
+            let mut places = Vec::new();
+            for member in &set.members {
+                if let Members::NodesOf(elements) = member {
+                    let of_set = self.set(body, &resolved, SetKind::Elements, elements, set.instance.as_deref());
+                    let of_set = of_set.ok_or_else(|| missing(name, "set", elements, set.origin))?;
+                    self.take_room(2 * of_set.len(), set.origin)?;
+                    for &place in of_set {
+                        let (body, element) = self.element(place);
+                        let nodes = &body.index.element_nodes[element.nodes.clone()];
+                        places
+                            .extend(nodes.iter().filter(|node| **node != u32::MAX).map(|node| node + body.node_offset));
+                    }
+                } else {
+                    self.places(body, &resolved, set.kind, member, set, &mut places)?;
+                }
+            }
+            let all = resolved.entry((set.kind, name.to_ascii_uppercase())).or_default();
+            all.extend(places);
             all.sort_unstable();
             all.dedup();
         }
         Ok(resolved)
     }
 
-    /// The group of an element set, of the greatest dimension that it has elements of.
-    fn element_group(&self, name: &str, labels: &[u64], nodes: &NodeIndex, elements: &Elements) -> Option<Group> {
-        let members = || labels.iter().filter_map(|label| elements.get(*label));
-        let solids = || members().filter(|element| matches!(element.usage, Use::Solid(_)));
-        let faces = || members().filter(|element| matches!(element.usage, Use::Face(_)));
-        let lines = || members().filter(|element| matches!(element.usage, Use::Line(_)));
-        // nodes were found when the elements were made
-        let face = |element: &Element| Face::new(&nodes.nodes(element.label, &element.nodes).ok()?);
-        let (mut group, labels): (Group, Vec<u64>) = if solids().next().is_some() {
-            let group = Group::volume(name, solids().map(|element| element.index).collect());
-            (group, solids().flat_map(|element| element.nodes.iter().copied()).collect())
-        } else if faces().next().is_some() {
-            let group = Group::surface(name, faces().filter_map(face));
-            (group, faces().flat_map(|element| element.nodes.iter().copied()).collect())
-        } else if lines().next().is_some() {
-            (Group::curve(name, Vec::new()), lines().flat_map(|element| element.nodes.iter().copied()).collect())
-        } else {
-            return None;
+    fn take_room(&self, count: usize, origin: Origin) -> Result<(), Located> {
+        match self.room.get().checked_sub(count as u64) {
+            Some(left) => {
+                self.room.set(left);
+                Ok(())
+            }
+            None => {
+                let what = format!("more than {} million members of sets in all", MOST_MEMBERS / 1_000_000);
+                Err(origin.fail(Problem::NotSupported { what, advice: "remove sets that are not used" }))
+            }
+        }
+    }
+
+    /// Adds the places of what a member stands for.
+    fn places(
+        &self,
+        body: usize,
+        resolved: &Resolved,
+        kind: SetKind,
+        member: &Members,
+        set: &SetDefinition,
+        places: &mut Vec<u32>,
+    ) -> Result<(), Located> {
+        let (name, origin, instance) = (&set.name, set.origin, set.instance.as_deref());
+        let what = if kind == SetKind::Nodes { "node" } else { "element" };
+        let one = |label: u64, instance: Option<&str>| {
+            let place = self.place(body, kind, label, instance);
+            place.ok_or_else(|| missing(name, what, &label.to_string(), origin))
         };
-        group.nodes = labels.into_iter().filter_map(|label| nodes.get(label)).collect();
-        group.nodes.sort_unstable();
-        group.nodes.dedup();
-        Some(group)
-    }
-}
-
-/// Groups whose names must differ, whatever their kind.
-struct Groups<'a> {
-    list: Vec<Group>,
-    taken: HashMap<String, usize>,
-    warnings: &'a mut Vec<String>,
-}
-
-impl Groups<'_> {
-    /// Adds a group; one whose name is taken gets the suffix, as often as it takes.
-    fn add(&mut self, mut group: Group, suffix: &str) {
-        let name = group.name.clone();
-        while self.taken.contains_key(&group.name.to_ascii_uppercase()) {
-            group.name += suffix;
-        }
-        if group.name != name {
-            let message = format!("\"{name}\" names two things; the {} group is called \"{}\"", group.kind, group.name);
-            self.warnings.push(message);
-        }
-        self.taken.insert(group.name.to_ascii_uppercase(), self.list.len());
-        self.list.push(group);
-    }
-}
-
-fn surface_group(
-    surface: &SurfaceDefinition,
-    nodes: &NodeIndex,
-    elements: &Elements,
-    resolved: &Resolved,
-) -> Result<Group, Located> {
-    let (name, line) = (&surface.name, surface.line);
-    let mut faces = Vec::new();
-    for (member, face) in &surface.faces {
-        for_each_label(member, SetKind::Elements, name, line, resolved, &mut |label| {
-            let solid = elements.get(label).ok_or_else(|| missing(name, "solid element", &label.to_string(), line))?;
-            let Use::Solid(shape) = solid.usage else {
-                return Err(missing(name, "solid element", &label.to_string(), line));
-            };
-            // Abaqus numbers the faces as they are listed here
-            let Some(places) = shape.faces().get(*face) else {
-                return Err(missing(name, "face", &format!("S{} of the {shape} {label}", face + 1), line));
-            };
-            let labels: Vec<u64> = places.iter().map(|&place| solid.nodes[place]).collect();
-            let of_face = nodes.nodes(label, &labels).map_err(|problem| problem.at(Place::Line(line)))?;
-            faces.extend(Face::new(&of_face));
-            Ok(())
-        })?;
-    }
-    if faces.is_empty() {
-        return Err(empty(name, GroupKind::Surface, line));
-    }
-    let mut group = Group::surface(name.as_str(), faces);
-    group.nodes = group.faces.iter().flat_map(Face::nodes).copied().collect();
-    group.nodes.sort_unstable();
-    group.nodes.dedup();
-    Ok(group)
-}
-
-/// Hands on every number that a member stands for, until one is refused: a range ends at its first missing number.
-fn for_each_label(
-    member: &Members,
-    kind: SetKind,
-    name: &str,
-    line: u64,
-    resolved: &Resolved,
-    hand_on: &mut dyn FnMut(u64) -> Result<(), Located>,
-) -> Result<(), Located> {
-    match member {
-        Members::One(label) => hand_on(*label),
-        Members::Range { first, last, step } => {
-            let mut label = *first;
-            while label <= *last {
-                hand_on(label)?;
-                match label.checked_add(*step) {
-                    Some(next) => label = next,
-                    None => break,
+        match member {
+            Members::One(label) => {
+                self.take_room(1, origin)?;
+                places.push(one(*label, instance)?);
+            }
+            Members::Range { first, last, step } => {
+                // ends at its first missing number, however far it goes
+                let mut label = *first;
+                while label <= *last {
+                    self.take_room(1, origin)?;
+                    places.push(one(label, instance)?);
+                    match label.checked_add(*step) {
+                        Some(next) => label = next,
+                        None => break,
+                    }
                 }
             }
-            Ok(())
+            Members::Own(range) => {
+                let body = &self.bodies[body];
+                let offset = if kind == SetKind::Nodes { body.node_offset } else { body.element_offset };
+                self.take_room(range.len(), origin)?;
+                places.extend(range.clone().map(|place| place + offset));
+            }
+            Members::Named(full) => {
+                if let Some(of_set) = self.set(body, resolved, kind, full, instance) {
+                    self.take_room(of_set.len(), origin)?;
+                    places.extend(of_set);
+                    return Ok(());
+                }
+                let own = full.rsplit_once('.').map_or(("", &**full), |(owner, own)| (owner, own));
+                match (own, own.1.parse()) {
+                    ((owner, _), Ok(label)) => places.push(one(label, Some(owner))?),
+                    _ => return Err(missing(name, "set", full, origin)),
+                }
+            }
+            Members::NodesOf(_) => {}
         }
-        Members::Set(set) | Members::NodesOf(set) => {
-            let labels = resolved.get(&(kind, set.to_ascii_uppercase()));
-            labels.ok_or_else(|| missing(name, "set", set, line))?.iter().try_for_each(|label| hand_on(*label))
+        Ok(())
+    }
+
+    /// The body that a name of an instance stands for. A file without instances writes the name of one that it had.
+    fn body_named(&self, own: usize, instance: &str) -> Option<usize> {
+        let is_meant = |body: &Body| body.instance.as_ref().is_some_and(|name| name.eq_ignore_ascii_case(instance));
+        match self.bodies[..self.instance_count].iter().position(is_meant) {
+            None if self.instance_count == 0 => Some(own),
+            // of one part without an instance
+            None if self.instance_count == 1 && self.bodies[0].instance.is_none() => Some(0),
+            position => position,
         }
+    }
+
+    /// Where else a number or a name of a body may be: outside of parts that of the only instance.
+    fn only_instance(&self, body: usize) -> Option<usize> {
+        (body == self.instance_count && self.instance_count == 1).then_some(0)
+    }
+
+    fn place(&self, body: usize, kind: SetKind, label: u64, instance: Option<&str>) -> Option<u32> {
+        let within = |body: usize| {
+            let body = &self.bodies[body];
+            match kind {
+                SetKind::Nodes => body.index.nodes.get(label).map(|place| place + body.node_offset),
+                SetKind::Elements => body.index.elements.get(label).map(|place| place + body.element_offset),
+            }
+        };
+        match instance {
+            Some(instance) => within(self.body_named(body, instance)?),
+            None => within(body).or_else(|| within(self.only_instance(body)?)),
+        }
+    }
+
+    fn set<'b>(
+        &'b self,
+        body: usize,
+        own: &'b Resolved,
+        kind: SetKind,
+        name: &str,
+        instance: Option<&str>,
+    ) -> Option<&'b Vec<u32>> {
+        let of_body = |which: usize, name: &str| {
+            let sets = if which == body { own } else { self.sets.get(which)? };
+            sets.get(&(kind, name.to_ascii_uppercase()))
+        };
+        if let Some(instance) = instance {
+            return of_body(self.body_named(body, instance)?, name);
+        }
+        of_body(body, name).or_else(|| of_body(self.only_instance(body)?, name)).or_else(|| {
+            let (owner, name) = name.rsplit_once('.')?;
+            of_body(self.body_named(body, owner)?, name)
+        })
+    }
+
+    /// The element at a place, and its body.
+    fn element(&self, place: u32) -> (&'a Body<'a>, &'a Element) {
+        let body = self.bodies.partition_point(|body| body.element_offset <= place) - 1;
+        // bodies without elements begin where the next one begins: the last of them has it
+        let body = &self.bodies[body];
+        (body, &body.scope.elements[(place - body.element_offset) as usize])
+    }
+
+    fn nodes_of(&self, place: u32) -> estar_mesh::ElementNodes {
+        let (body, element) = self.element(place);
+        body.index.nodes_of(element, body.node_offset)
+    }
+
+    fn solid_rank(&self, place: u32) -> u32 {
+        let (body, _) = self.element(place);
+        body.index.solid_rank[(place - body.element_offset) as usize] + body.solid_offset
+    }
+
+    /// Each set of a kind that becomes a group, once, as its name is written first.
+    fn named(&mut self, body: usize, kind: SetKind) -> Vec<String> {
+        let mut seen = HashSet::new();
+        let sets = &self.bodies[body].scope.sets;
+        sets.iter()
+            .filter(|set| set.kind == kind && !set.is_internal && seen.insert(set.name.to_ascii_uppercase()))
+            .map(|set| self.spellings.entry(set.name.to_ascii_uppercase()).or_insert_with(|| set.name.clone()).clone())
+            .collect()
+    }
+
+    fn members(&self, body: usize, kind: SetKind, name: &str) -> &[u32] {
+        self.sets[body].get(&(kind, name.to_ascii_uppercase())).map_or(&[], |members| &members[..])
+    }
+
+    fn add(&mut self, body: usize, group: Group) {
+        self.groups.push(Group { owners: self.bodies[body].owners.clone(), ..group });
+    }
+
+    /// An element set is a group of the greatest dimension that it has elements of.
+    fn element_sets(&mut self, body: usize) {
+        for name in self.named(body, SetKind::Elements) {
+            let (mut solids, mut faces, mut lines) = (Vec::new(), Vec::new(), Vec::new());
+            for &place in self.members(body, SetKind::Elements, &name) {
+                match self.element(place).1.usage {
+                    Use::Solid(_) => solids.push(self.solid_rank(place)),
+                    Use::Face(_) => faces.extend(Face::new(&self.nodes_of(place))),
+                    Use::Line(_) => lines.extend(self.nodes_of(place)),
+                    _ => {}
+                }
+            }
+            if !solids.is_empty() {
+                self.add(body, Group::volume(name, solids));
+            } else if !faces.is_empty() {
+                self.add(body, Group::surface(name, faces));
+            } else if !lines.is_empty() {
+                self.add(body, Group::curve(name, lines));
+            } else {
+                self.without_members.push(name);
+            }
+        }
+    }
+
+    fn node_sets(&mut self, body: usize) {
+        for name in self.named(body, SetKind::Nodes) {
+            match self.members(body, SetKind::Nodes, &name).to_vec() {
+                none if none.is_empty() => self.without_members.push(name),
+                nodes => self.add(body, Group::node_set(name, nodes)),
+            }
+        }
+    }
+
+    /// The surfaces of a body, whose groups begin with the given one. A set of shells gives way to a surface of its name.
+    fn surfaces(&mut self, body: usize, first_group: usize) -> Result<(), Located> {
+        let mut found: HashMap<String, Vec<Face>> = HashMap::new();
+        let mut order = Vec::new();
+        for surface in &self.bodies[body].scope.surfaces {
+            let faces = match &surface.content {
+                SurfaceContent::Faces(members) => self.faces(body, surface, members)?,
+                SurfaceContent::Union(names) => {
+                    let mut all = Vec::new();
+                    for name in names {
+                        let faces = found.get(&name.to_ascii_uppercase());
+                        let faces = faces.ok_or_else(|| missing(&surface.name, "surface", name, surface.origin))?;
+                        self.take_room(faces.len(), surface.origin)?;
+                        all.extend(faces);
+                    }
+                    all
+                }
+            };
+            let key = surface.name.to_ascii_uppercase();
+            if !found.contains_key(&key) {
+                order.push((key.clone(), &surface.name));
+            }
+            found.entry(key).or_default().extend(faces);
+        }
+        for (key, name) in order {
+            let name = self.spellings.entry(key.clone()).or_insert_with(|| name.clone()).clone();
+            let faces = found.remove(&key).unwrap_or_default();
+            if faces.is_empty() {
+                self.without_members.push(name);
+                continue;
+            }
+            let namesake = |group: &Group| group.kind == GroupKind::Surface && group.name == name;
+            if let Some(shells) = (first_group..self.groups.len()).find(|&k| namesake(&self.groups[k])) {
+                self.groups.remove(shells);
+            }
+            self.add(body, Group::surface(name, faces));
+        }
+        Ok(())
+    }
+
+    fn faces(
+        &mut self,
+        body: usize,
+        surface: &SurfaceDefinition,
+        members: &[(Members, FaceChoice)],
+    ) -> Result<Vec<Face>, Located> {
+        let SurfaceDefinition { name, origin, .. } = surface;
+        let as_set = SetDefinition {
+            kind: SetKind::Elements,
+            name: name.clone(),
+            instance: None,
+            members: Vec::new(),
+            is_internal: false,
+            origin: *origin,
+        };
+        let (mut faces, mut candidates, mut no_faces) = (Vec::new(), Vec::new(), 0);
+        for (member, choice) in members {
+            let mut places = Vec::new();
+            self.places(body, &self.sets[body], SetKind::Elements, member, &as_set, &mut places)?;
+            for place in places {
+                let (_, element) = self.element(place);
+                match (element.usage, choice) {
+                    (Use::Solid(shape), FaceChoice::Numbered(number)) => {
+                        // Abaqus numbers the faces as they are listed here
+                        let Some(corners) = shape.faces().get(*number) else {
+                            let face = format!("S{} of the {shape} {}", number + 1, element.label);
+                            return Err(missing(name, "face", &face, *origin));
+                        };
+                        let nodes = self.nodes_of(place);
+                        let nodes: Vec<u32> = corners.iter().filter_map(|&corner| nodes.get(corner).copied()).collect();
+                        // a side of a collapsed hex may be no more than an edge
+                        let distinct = (0..nodes.len()).filter(|&k| !nodes[..k].contains(&nodes[k])).count();
+                        if distinct < 3 {
+                            no_faces += 1;
+                        } else {
+                            faces.extend(Face::new(&nodes));
+                        }
+                    }
+                    (Use::Solid(_), FaceChoice::Free) => candidates.push(self.solid_rank(place)),
+                    // CalculiX calls the sides of a shell S1 and S2
+                    (Use::Face(_), FaceChoice::Side | FaceChoice::Free | FaceChoice::Numbered(0 | 1)) => {
+                        faces.extend(Face::new(&self.nodes_of(place)));
+                    }
+                    _ => no_faces += 1,
+                }
+            }
+        }
+        if !candidates.is_empty() {
+            faces.extend(self.free_faces(&candidates));
+        }
+        if no_faces > 0 {
+            *self.no_faces.entry(name.clone()).or_default() += no_faces;
+        }
+        Ok(faces)
+    }
+
+    /// The faces of solids that no other solid has.
+    fn free_faces(&self, of: &[u32]) -> Vec<Face> {
+        let mut found: HashMap<FaceKey, (Face, bool)> = HashMap::new();
+        let mut is_in = vec![false; self.solids.len()];
+        let mut order = Vec::new();
+        for &solid in of.iter().filter(|&&solid| !std::mem::replace(&mut is_in[solid as usize], true)) {
+            for face in self.solids.faces(solid as usize) {
+                let key = face.key();
+                found.entry(key).and_modify(|(_, is_free)| *is_free = false).or_insert((face, true));
+                order.push(key);
+            }
+        }
+        for other in (0..self.solids.len()).filter(|&solid| !is_in[solid]) {
+            for face in self.solids.faces(other) {
+                if let Some((_, is_free)) = found.get_mut(&face.key()) {
+                    *is_free = false;
+                }
+            }
+        }
+        order.iter().filter_map(|key| found.get(key)).filter(|(_, is_free)| *is_free).map(|(face, _)| *face).collect()
     }
 }
 
-fn missing(group: &str, what: &'static str, label: &str, line: u64) -> Located {
-    Problem::MissingMember { group: group.to_owned(), what, label: label.to_owned() }.at(Place::Line(line))
+/// A member of a set or surface as it is written: a number, or a name.
+pub(super) fn member(origin: Origin, field: &str) -> Result<Members, Located> {
+    if let Ok(label) = field.parse() {
+        return Ok(Members::One(label));
+    }
+    let name = unquoted(field);
+    let own = name.rsplit_once('.').map_or(name, |(_, own)| own);
+    let is_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+');
+    if own.is_empty() || name == field && is_number(own) && own.parse::<u64>().is_err() {
+        let found = crate::error::excerpt(field.as_bytes());
+        return Err(origin.fail(Problem::NotANumber { what: "a member of a set", found }));
+    }
+    Ok(Members::Named(checked_name(origin, name)?.into()))
 }
 
-fn empty(name: &str, kind: GroupKind, line: u64) -> Located {
-    Problem::EmptyGroup { name: name.to_owned(), kind }.at(Place::Line(line))
+fn missing(group: &str, what: &'static str, label: &str, origin: Origin) -> Located {
+    origin.fail(Problem::MissingMember { group: group.to_owned(), what, label: label.to_owned() })
 }

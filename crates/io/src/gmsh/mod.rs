@@ -1,9 +1,9 @@
-//! Gmsh meshes: formats 4.1 and 2.2, each as text or bytes.
+//! Gmsh meshes: formats 4.1, 4.0 and 2.2, each as text or bytes.
 
 mod element_type;
 mod groups;
 mod v22;
-mod v41;
+mod v4;
 mod write;
 
 pub use write::{write_gmsh, write_gmsh_file};
@@ -41,7 +41,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<MeshFile, Located> {
     if size != 8 {
         return Err(Problem::DataSize { size }.at(header_place));
     }
-    if !matches!(version, "4.1" | "2" | "2.0" | "2.1" | "2.2") {
+    if !matches!(version, "4.1" | "4" | "4.0" | "2" | "2.0" | "2.1" | "2.2") {
         return Err(Problem::GmshVersion { version: excerpt(version.as_bytes()) }.at(header_place));
     }
     if binary {
@@ -55,10 +55,10 @@ pub(crate) fn read(bytes: &[u8]) -> Result<MeshFile, Located> {
     section_end(&mut cursor, "MeshFormat")?;
 
     let encoding = if binary { "binary" } else { "ASCII" };
-    if version == "4.1" {
-        v41::read(cursor, format!("Gmsh 4.1, {encoding}"))
-    } else {
-        v22::read(cursor, format!("Gmsh {version}, {encoding}"))
+    match version {
+        "4.1" => v4::read(cursor, v4::Version::V41, format!("Gmsh 4.1, {encoding}")),
+        "4" | "4.0" => v4::read(cursor, v4::Version::V40, format!("Gmsh 4.0, {encoding}")),
+        _ => v22::read(cursor, format!("Gmsh {version}, {encoding}")),
     }
 }
 

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, HashMap};
 use estar_mesh::{ElementNodes, Face, NodeLabel};
 
 use super::element_type::{ElementType, Use, swap_order};
-use super::groups::PhysicalGroups;
+use super::groups::{Level, PhysicalGroups};
 use super::{next_section, section_end, skip_section};
 use crate::MeshFile;
-use crate::assembly::{Assembly, NodeIndex};
+use crate::assembly::{Assembly, LabelIndex};
 use crate::cursor::Cursor;
 use crate::error::{Located, Place, Problem};
 
@@ -27,7 +27,7 @@ pub(super) fn read(mut cursor: Cursor, format: String) -> Result<MeshFile, Locat
             (b"Nodes", Some(_)) => return second("Nodes"),
             (b"Nodes", None) => {
                 read_nodes(&mut cursor, &mut assembly)?;
-                index = Some(NodeIndex::new(&assembly.node_labels));
+                index = Some(LabelIndex::of_nodes(&assembly.node_labels).map_err(|problem| problem.at(Place::File))?);
             }
             (b"Elements", _) if has_elements => return second("Elements"),
             (b"Elements", Some(index)) => {
@@ -46,7 +46,7 @@ pub(super) fn read(mut cursor: Cursor, format: String) -> Result<MeshFile, Locat
             return Err(Problem::MissingSection { section, before: "" }.at(Place::File));
         }
     }
-    assembly.groups = physical.finish().map_err(|problem| problem.at(Place::File))?;
+    assembly.groups = physical.finish(&mut assembly.warnings);
     assembly.finish(format).map_err(|problem| problem.at(Place::File))
 }
 
@@ -88,11 +88,11 @@ fn read_nodes(cursor: &mut Cursor, assembly: &mut Assembly) -> Result<(), Locate
 }
 
 struct Reader<'a> {
-    index: &'a NodeIndex,
+    index: &'a LabelIndex,
     physical: &'a mut PhysicalGroups,
     assembly: &'a mut Assembly,
     /// An element of several physical groups is written once for each, under another number.
-    solids_by_nodes: HashMap<ElementNodes, (u32, i32)>,
+    solids_by_nodes: HashMap<ElementNodes, (u32, Option<(Level, i32)>)>,
 }
 
 impl Reader<'_> {
@@ -135,11 +135,13 @@ impl Reader<'_> {
                 for _ in 0..element_type.node_count {
                     nodes.push(label(cursor, "a node of an element")?);
                 }
-                // The first tag is the physical group; 0 is none.
-                let group = tags.first().copied().filter(|number| *number != 0);
+                // The first tag is the physical group, the second the entity; 0 is none.
+                let tag = |place: usize| tags.get(place).copied().filter(|number| *number != 0);
+                let physical = tag(0).map(|number| (Level::Physical, number));
+                let group = physical.or(tag(1).map(|number| (Level::Entity, number)));
                 if element_type.usage() != Use::Unsupported {
                     self.add(element, element_type, &nodes, group).map_err(|problem| problem.at(place))?;
-                } else if element_type.dimension == 3 || group.is_some() {
+                } else if element_type.dimension == 3 || physical.is_some() {
                     unsupported.entry(code).or_insert((element_type, 0, element, place)).1 += 1;
                 }
             }
@@ -157,17 +159,23 @@ impl Reader<'_> {
         }
     }
 
-    fn add(&mut self, element: u64, kind: ElementType, nodes: &[u64], number: Option<i32>) -> Result<(), Problem> {
-        let position = number.map(|number| self.physical.position(kind.dimension, number));
+    fn add(
+        &mut self,
+        element: u64,
+        kind: ElementType,
+        nodes: &[u64],
+        group: Option<(Level, i32)>,
+    ) -> Result<(), Problem> {
+        let position = group.map(|(level, number)| self.physical.position(kind.dimension, level, number));
         if position.is_none() && !matches!(kind.usage(), Use::Solid(_)) {
             return Ok(());
         }
         let mut nodes = self.index.nodes(element, nodes)?;
+        let number = group;
         let group = position.map(|position| self.physical.group_mut(position));
         match (kind.usage(), group) {
             (Use::Solid(shape), group) => {
                 swap_order(shape, &mut nodes);
-                let number = number.unwrap_or(0);
                 let solid = match self.solids_by_nodes.get(&nodes) {
                     Some(&(first, first_number)) if first_number != number => first,
                     _ => {

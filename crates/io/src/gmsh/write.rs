@@ -1,6 +1,6 @@
 //! Writing Gmsh 4.1.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -15,16 +15,24 @@ use crate::atomic::AtomicFile;
 /// no other way to say that they are on a curve.
 ///
 /// # Errors
-/// What the system says; [`io::ErrorKind::InvalidInput`] if a group's name has a quote or a line end, or element numbers
+/// What the system says; [`io::ErrorKind::InvalidInput`] if a group's name has a quote or a line end or is there twice, or element numbers
 /// leave no room for those of the groups' faces.
 pub fn write_gmsh(out: &mut impl Write, mesh: &Mesh, binary: bool) -> io::Result<()> {
     let mut physical_names = String::new();
+    let mut taken = HashSet::new();
     for (number, group) in (1..).zip(mesh.groups()) {
-        if group.name.contains(['"', '\n', '\r']) {
-            let message = format!("the group name {:?} has a quote or a line end; rename it", group.name);
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+        let (dimension, name) = (dimension(group.kind), mesh.full_name(group));
+        let refused = |what| {
+            let message = format!("the group name {name:?} {what}; rename it");
+            Err(io::Error::new(io::ErrorKind::InvalidInput, message))
+        };
+        if name.contains(['"', '\n', '\r']) {
+            return refused("has a quote or a line end");
         }
-        physical_names += &format!("{} {number} \"{}\"\n", dimension(group.kind), group.name);
+        physical_names += &format!("{dimension} {number} \"{name}\"\n");
+        if !taken.insert((dimension, name.clone())) {
+            return refused("is that of two groups of one dimension");
+        }
     }
     let blocks = blocks(mesh)?;
 
@@ -57,7 +65,7 @@ pub fn write_gmsh_file(path: &Path, mesh: &Mesh, binary: bool) -> io::Result<()>
 
 fn dimension(kind: GroupKind) -> usize {
     match kind {
-        GroupKind::Point => 0,
+        GroupKind::Point | GroupKind::Nodes => 0,
         GroupKind::Curve => 1,
         GroupKind::Surface => 2,
         GroupKind::Volume => 3,
@@ -154,7 +162,7 @@ fn boundary_elements(mesh: &Mesh, group: &Group, extent: &[f64]) -> Vec<(i32, Ve
             }
             vec![(LINE2, lines, extent.to_vec())]
         }
-        GroupKind::Point => group
+        GroupKind::Point | GroupKind::Nodes => group
             .nodes
             .iter()
             .map(|&node| (POINT, vec![vec![node]], mesh.coordinates()[node as usize].to_vec()))

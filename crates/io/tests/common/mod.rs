@@ -35,6 +35,14 @@ pub fn sample() -> Mesh {
     Mesh::new(bricks.coordinates().to_vec(), node_labels, bricks.elements().clone(), element_labels, groups).unwrap()
 }
 
+/// The mesh with the group of all elements, as it is when it has been read.
+pub fn with_all(mesh: &Mesh) -> Mesh {
+    let mut groups = mesh.groups().to_vec();
+    groups.push(Group::volume("all", (0..mesh.element_count() as u32).collect()));
+    let (nodes, labels) = (mesh.coordinates().to_vec(), mesh.node_labels().to_vec());
+    Mesh::new(nodes, labels, mesh.elements().clone(), mesh.element_labels().to_vec(), groups).unwrap()
+}
+
 pub fn gmsh41(mesh: &Mesh, binary: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
     write_gmsh(&mut bytes, mesh, binary).unwrap();
@@ -54,7 +62,7 @@ pub fn gmsh22(mesh: &Mesh, binary: bool) -> Vec<u8> {
         GroupKind::Volume => 3,
         GroupKind::Surface => 2,
         GroupKind::Curve => 1,
-        GroupKind::Point => 0,
+        GroupKind::Point | GroupKind::Nodes => 0,
     };
     for (number, group) in (1..).zip(mesh.groups()) {
         out.extend(format!("{} {number} \"{}\"\n", dimension(group.kind), group.name).bytes());
@@ -99,7 +107,7 @@ pub fn gmsh22(mesh: &Mesh, binary: bool) -> Vec<u8> {
             GroupKind::Curve => {
                 elements.extend(group.nodes.windows(2).map(|line| (1, physical, number(), line.to_vec())));
             }
-            GroupKind::Point => {
+            GroupKind::Point | GroupKind::Nodes => {
                 elements.extend(group.nodes.iter().map(|&node| (15, physical, number(), vec![node])));
             }
         }

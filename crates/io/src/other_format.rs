@@ -1,0 +1,92 @@
+//! Mesh formats that are not read: how each is told by its content, and the line that converts it.
+
+use std::path::Path;
+
+use crate::error::Problem;
+
+/// What turns a file into one that is read.
+#[derive(Debug, Clone, Copy)]
+enum Way {
+    /// Gmsh reads it; what becomes of its groups.
+    Gmsh(&'static str),
+    /// Gmsh meshes it.
+    GmshMeshes,
+    /// Python's meshio reads it; what becomes of its groups.
+    Meshio(&'static str),
+    /// Something else.
+    Advice(&'static str),
+}
+
+/// What a file is whose format is known, but not read.
+pub(crate) fn recognised(content: &[u8], name: &str) -> Option<Problem> {
+    let (what, way) = format_of(content, name)?;
+    let advice = match way {
+        Way::Gmsh(groups) => {
+            format!("convert it: gmsh {name} -save -format msh41 -o {} ({groups})", ending(name, "msh"))
+        }
+        Way::GmshMeshes => format!("mesh it: gmsh {name} -3 -format msh41 -o {}", ending(name, "msh")),
+        Way::Meshio(groups) => format!("convert it: meshio convert {name} {} ({groups})", ending(name, "inp")),
+        Way::Advice(advice) => advice.to_owned(),
+    };
+    Some(Problem::OtherFormat { what, advice })
+}
+
+const OF_LS_DYNA: &str = "write the mesh as Abaqus (.inp) or Gmsh (.msh) with the program that made it";
+
+/// A file of LS-DYNA that begins as one of Abaqus could.
+pub(crate) fn ls_dyna() -> Problem {
+    Problem::OtherFormat { what: "a keyword file of LS-DYNA", advice: OF_LS_DYNA.to_owned() }
+}
+
+/// A name with another ending, in the folder where the command is given.
+fn ending(name: &str, ending: &str) -> String {
+    let stem = Path::new(name).file_stem().unwrap_or_default().display();
+    // a file may be called what it is not
+    let is_called_so = Path::new(name).extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
+    let more = if is_called_so { "-converted" } else { "" };
+    format!("{stem}{more}.{ending}")
+}
+
+fn format_of(content: &[u8], name: &str) -> Option<(&'static str, Way)> {
+    const NO_GROUPS: &str = "it has no named groups: the bodies and surfaces become `volume_1`, `surface_1`, ...";
+    /// Nothing tells a format behind this.
+    const LOOKED_AT: usize = 1 << 16;
+    let start = &content[..content.len().min(LOOKED_AT)];
+    let begins = |beginning: &[u8]| content.starts_with(beginning);
+    let has = |word: &[u8]| start.windows(word.len()).any(|window| window == word);
+    let has_line =
+        |word: &[u8]| start.split(|byte| *byte == b'\n').any(|line| line.trim_ascii_start().starts_with(word));
+    let is_called = |endings: &[&str]| {
+        let own = Path::new(name).extension().unwrap_or_default();
+        endings.iter().any(|ending| own.eq_ignore_ascii_case(ending))
+    };
+    if begins(b"$MeshFormat") || begins(b"$NOD") {
+        None
+    } else if has_line(b"*KEYWORD") || begins(b"*ELEMENT_") || begins(b"*NODE_") {
+        Some(("a keyword file of LS-DYNA", Way::Advice(OF_LS_DYNA)))
+    } else if begins(b"*") {
+        None
+    } else if begins(b"-1\n") || begins(b"-1\r") || begins(b"-1 ") {
+        Some(("an I-deas universal file (.unv)", Way::Gmsh("groups keep their names")))
+    } else if begins(b"\x89HDF") && (is_called(&["med", "rmed", "mmed"]) || has(b"INFOS_GENERALES") || has(b"ENS_MAA"))
+    {
+        Some(("a MED file of Salome", Way::Gmsh("groups keep their names")))
+    } else if begins(b"CDF") || begins(b"\x89HDF") && is_called(&["e", "ex2", "exo", "g", "gen"]) {
+        Some(("an Exodus file", Way::Meshio("node sets keep their names; blocks and side sets are lost")))
+    } else if has_line(b"BEGIN BULK") || has_line(b"BEGIN,BULK") || has_line(b"GRID") {
+        let groups = "it has no named groups: properties become `volume_1`, `surface_2`, ..., by their numbers";
+        Some(("a Nastran bulk data file", Way::Gmsh(groups)))
+    } else if begins(b"# vtk DataFile") {
+        Some(("a VTK file", Way::Gmsh(NO_GROUPS)))
+    } else if begins(b"<") && has(b"<VTKFile") {
+        Some(("a VTU file", Way::Meshio("it has no named groups: only `all`")))
+    } else if begins(b"ISO-10303-21") || has(b"CASCADE Topology") || begins(b"DBRep_DrawableShape") {
+        Some(("a CAD file, not a mesh", Way::GmshMeshes))
+    } else if has_line(b"SetFactory(") || has_line(b"Point(") || has_line(b"Point (") {
+        Some(("a script of Gmsh, not a mesh", Way::GmshMeshes))
+    } else if begins(b"solid ") && has(b"facet") {
+        Some(("an STL file: a surface, not a mesh of solids", Way::Advice("mesh the volume inside and save that")))
+    } else {
+        None
+    }
+}
