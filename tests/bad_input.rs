@@ -145,24 +145,21 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     input.answer("no mesh", DECK, b"solid cube\nfacet normal 0 0 1\n", &[], 2, "box.msh");
     input.answer("garbage", DECK, b"\x7fELF\x02\x01\x01\0\0\0\xff\xfe", &[], 2, "box.msh");
     input.answer("cut short", DECK, &mesh.as_bytes()[..mesh.len() * 2 / 3], &[], 2, "box.msh:84");
-    input.mesh("wrong version", &[("4.1 0 8", "4.0 0 8")], "Gmsh format 4.0");
+    input.answer("format that is not read", DECK, b"    -1\n  2411\n", &[], 2, "an I-deas universal file");
+    input.mesh("wrong version", &[("4.1 0 8", "3.0 0 8")], "Gmsh format 3.0");
     let quadratic = format!("8 33 1 33 \n3 1 17 1 \n33{}\n3 1 5 8 \n", " 1".repeat(20));
     input.mesh("elements that are not supported", &[("7 32 1 32 \n3 1 5 8 \n", &quadratic)], "element 33");
     input.mesh("inverted hex", &[("1 1 2 5 4 10 11 14 13", "1 10 11 14 13 1 2 5 4")], "element 1");
     input.mesh("degenerate hex", &[("1 1 2 5 4 10 11 14 13", "1 1 1 5 4 10 11 14 13")], "element 1");
     input.mesh("two hexes in one place", &[("2 2 3 6 5 11 12 15 14", "2 1 2 5 4 10 11 14 13")], "elements 1 and 2");
-    input.mesh(
-        "node of no element",
-        &[
-            ("1 27 1 27 \n3 1 0 27 \n", "1 28 1 28 \n3 1 0 28 \n28 \n"),
-            ("\n0.0 0.0 0.0 \n", "\n9.0 0.0 0.0 \n0.0 0.0 0.0 \n"),
-        ],
-        "node 28",
-    );
     input.mesh("node that is not there", &[("1 1 2 5 4 10 11 14 13", "1 1 2 5 4 10 11 14 99")], "box.msh:");
     input.mesh("coordinate that is no number", &[("\n0.5 0.0 0.0 \n", "\nnan 0.0 0.0 \n")], "node 2");
     input.mesh("word where a number should be", &[("\n0.5 0.0 0.0 \n", "\n0,5 0.0 0.0 \n")], "box.msh:");
-    input.mesh("empty group", &[("7\n3 1 \"box\"", "8\n3 1 \"box\"\n2 9 \"top\"")], "\"top\"");
+    let hold = |group: &str| format!("{DECK}[[fix]]\ngroup = \"{group}\"\ndirections = [\"x\"]\n");
+    let empty = replaced(&input.mesh, &[("7\n3 1 \"box\"", "8\n3 1 \"box\"\n2 9 \"top\"")]);
+    input.answer("group without elements", &hold("top"), empty.as_bytes(), &[], 2, "surface \"top\"");
+    let namesakes = replaced(&input.mesh, &[("2 2 \"x_min\"", "2 2 \"box\"")]);
+    input.answer("name of two groups", &hold("box"), namesakes.as_bytes(), &[], 2, "`surface.box`");
     input.mesh(
         "counts that lie",
         &[("1 27 1 27 \n3 1 0 27 ", "1 99999999999999 1 27 \n3 1 0 99999999999999 ")],

@@ -2,6 +2,7 @@
 
 use crate::deck::Deck;
 use crate::deck::model::PrescribedTable;
+use crate::deck::values::{GroupName, OfNodes};
 use crate::diagnostics::{Diagnostic, Diagnostics, Span};
 use crate::setup::Problem;
 use estar_mesh::Mesh;
@@ -19,17 +20,17 @@ pub fn check(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) {
         diagnostics.push(diagnostic.help("such as directions = [\"x\", \"y\"]"));
     }
     for (index, prescribed) in deck.prescribed.iter().enumerate() {
-        let group = &prescribed.group.name;
+        let group = &prescribed.group;
         for fix in &deck.fix {
             let held = fix.directions.iter().find(|direction| direction.value == prescribed.direction.value);
-            if let (Some(held), Some(common)) = (held, common_nodes(mesh, &group.value, &fix.group.name.value)) {
+            if let (Some(held), Some(common)) = (held, common_nodes(mesh, group, &fix.group)) {
                 let message = format!("{common} both fixed and prescribed in {}", name(prescribed.direction.value));
                 report(message, prescribed, held.span, "fixed here", diagnostics);
             }
         }
         for other in &deck.prescribed[..index] {
             let differs = other.direction.value == prescribed.direction.value && motion(other) != motion(prescribed);
-            if let Some(common) = common_nodes(mesh, &group.value, &other.group.name.value).filter(|_| differs) {
+            if let Some(common) = common_nodes(mesh, group, &other.group).filter(|_| differs) {
                 let message = format!("{common} prescribed in {} in two ways", name(prescribed.direction.value));
                 report(message, prescribed, other.direction.span, "first prescribed here", diagnostics);
             }
@@ -108,8 +109,8 @@ fn name(direction: Direction) -> &'static str {
 }
 
 /// The nodes that are in both groups, in words, if there are any.
-fn common_nodes(mesh: &Mesh, first: &str, second: &str) -> Option<String> {
-    let (first, second) = (mesh.group(first)?, mesh.group(second)?);
+fn common_nodes(mesh: &Mesh, first: &GroupName<OfNodes>, second: &GroupName<OfNodes>) -> Option<String> {
+    let (first, second) = (first.group(mesh)?, second.group(mesh)?);
     let mut common = first.nodes.iter().filter(|node| second.nodes.binary_search(node).is_ok());
     let example = mesh.node_labels()[*common.next()? as usize].0;
     Some(match common.count() {

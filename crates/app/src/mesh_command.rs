@@ -15,7 +15,7 @@ use estar_mesh::generate::{
     cut_into, cylinder, necking_bar,
 };
 use estar_mesh::quality::QualityReport;
-use estar_mesh::{Connectivity, Group, GroupKind, Mesh, Shape};
+use estar_mesh::{Connectivity, Group, GroupKind, Mesh, Shape, Wanted};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -32,7 +32,7 @@ pub enum MeshCommand {
     NeckingBar(NeckingBarArguments),
     /// Print counts, groups and quality of a mesh file
     Info {
-        /// The mesh: Gmsh 4.1 or 2.2 (.msh), or Abaqus (.inp)
+        /// The mesh: Gmsh 4.1, 4.0 or 2.2 (.msh), or Abaqus (.inp)
         file: PathBuf,
     },
 }
@@ -228,7 +228,7 @@ fn read(file: &Path) -> Result<MeshFile, Failure> {
 /// What `estar convert` is to do.
 #[derive(Debug, Args)]
 pub struct ConvertArguments {
-    /// The mesh: Gmsh 4.1 or 2.2 (.msh), or Abaqus (.inp)
+    /// The mesh: Gmsh 4.1, 4.0 or 2.2 (.msh), or Abaqus (.inp)
     file: PathBuf,
     /// The file to write (.vtu); the mesh's name with that ending unless given
     #[arg(long, value_name = "FILE")]
@@ -261,9 +261,14 @@ pub fn convert(arguments: &ConvertArguments) -> Result<(), Failure> {
     };
     let (volumes, others): (Vec<&Group>, Vec<&Group>) =
         mesh.groups().iter().partition(|group| group.kind == GroupKind::Volume);
-    let of_nodes = others.iter().map(|group| (group_field(group), members(mesh.node_count(), &group.nodes)));
-    let of_elements = volumes.iter().map(|group| (group_field(group), members(mesh.element_count(), &group.elements)));
-    let (of_nodes, of_elements): (Vec<_>, Vec<_>) = (of_nodes.collect(), of_elements.collect());
+    let (mut of_nodes, mut of_elements) = (Vec::new(), Vec::new());
+    for group in others {
+        add_field(&mut of_nodes, mesh.name_to_find(group, Wanted::Nodes), members(mesh.node_count(), &group.nodes));
+    }
+    for group in volumes {
+        let name = mesh.name_to_find(group, Wanted::Elements);
+        add_field(&mut of_elements, name, members(mesh.element_count(), &group.elements));
+    }
     let node_fields = mesh_fields("node_id", &node_labels, &of_nodes);
     let cell_fields = mesh_fields("element_id", &element_labels, &of_elements);
     let refused = |error: WriteError| Failure::File(format!("error: {error}"));
@@ -276,8 +281,12 @@ pub fn convert(arguments: &ConvertArguments) -> Result<(), Failure> {
     print(&format!("{}: {} nodes, {elements}, {groups} groups", output.display(), mesh.node_count()))
 }
 
-fn group_field(group: &Group) -> String {
-    format!("group {}", group.name)
+/// Adds a group's marks. Groups that have one name to be found by have the same members: one field shows them.
+fn add_field(fields: &mut Vec<(String, Vec<u8>)>, group: String, marks: Vec<u8>) {
+    let name = format!("group {group}");
+    if fields.iter().all(|(known, _)| *known != name) {
+        fields.push((name, marks));
+    }
 }
 
 /// The numbers of the user, and a mark for the members of each group.
@@ -298,14 +307,14 @@ fn info(file: &Path) -> Result<(), Failure> {
         let _ = writeln!(text, "  {name} from {:.6e} to {:.6e}", low[axis], high[axis]);
     }
     let _ = writeln!(text, "  groups:");
-    let width = mesh.groups().iter().map(|group| group.name.chars().count()).max().unwrap_or(0);
-    for group in mesh.groups() {
+    let names: Vec<String> = mesh.groups().iter().map(|group| mesh.full_name(group)).collect();
+    let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    for (group, name) in mesh.groups().iter().zip(&names) {
         let members = match (group.elements.len(), group.faces.len()) {
             (0, 0) => String::new(),
             (0, faces) => format!("{faces} faces, "),
             (elements, _) => format!("{elements} elements, "),
         };
-        let name = &group.name;
         let _ = writeln!(text, "    {name:width$}  {:8} {members}{} nodes", group.kind, group.nodes.len());
     }
     let quality = QualityReport::new(mesh);

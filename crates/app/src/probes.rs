@@ -5,12 +5,13 @@ use crate::deck::decoder::At;
 use crate::deck::model::RigidWallTable;
 use crate::deck::probe::{ProbeKind, ProbeTable};
 use crate::deck::units::Dimension;
+use crate::deck::values::{GroupName, OfNodes};
 use crate::diagnostics::{Diagnostic, Diagnostics, Span, listed};
 use crate::fields::{Component, ProbeField};
 use crate::history;
 use crate::snapshot::Snapshot;
 use estar_mesh::quality::volume;
-use estar_mesh::{Group, GroupKind, Mesh};
+use estar_mesh::{GroupError, GroupKind, Mesh, Wanted};
 use estar_solver::model::{Direction, Part};
 
 /// A number that is followed.
@@ -89,16 +90,15 @@ struct Resolver<'a> {
 
 impl Resolver<'_> {
     fn what(&mut self, table: &ProbeTable) -> Option<What> {
-        let nodes = |name: &str| self.mesh.group(name).map(|group| group.nodes.clone());
         match &table.kind {
             ProbeKind::Extent { group, axis } => {
-                Some(What::Extent { nodes: nodes(&group.name.value)?, axis: index(*axis) })
+                Some(What::Extent { nodes: group.nodes(self.mesh)?, axis: index(*axis) })
             }
             ProbeKind::MaxRadius { group, axis, centre } => {
-                Some(What::MaxRadius { nodes: nodes(&group.name.value)?, axis: index(*axis), centre: centre.value })
+                Some(What::MaxRadius { nodes: group.nodes(self.mesh)?, axis: index(*axis), centre: centre.value })
             }
             ProbeKind::Reaction { group, direction } => {
-                let nodes = nodes(&group.name.value)?;
+                let nodes = group.nodes(self.mesh)?;
                 self.check_reaction(&group.name, &nodes, *direction);
                 Some(What::Reaction { nodes, direction: *direction })
             }
@@ -111,7 +111,7 @@ impl Resolver<'_> {
             ProbeKind::Node { label, group, field, component } => {
                 let node = match (label, group) {
                     (Some(label), None) => self.node_of_label(label.value.0, label.span),
-                    (None, Some(group)) => self.node_of_group(&group.name),
+                    (None, Some(group)) => self.node_of_group(group),
                     (label, _) => {
                         let fault =
                             if label.is_some() { "both `label` and `group`" } else { "neither `label` nor `group`" };
@@ -146,7 +146,7 @@ impl Resolver<'_> {
             }
             ProbeKind::GroupAverage { group, field, component } => {
                 let component = self.component(field, component)?;
-                let members = self.members(&group.name, field)?;
+                let members = self.members(group, field)?;
                 let weight = |index: &u32| match field.value.is_nodal() {
                     true => 1.0,
                     false => {
@@ -159,7 +159,7 @@ impl Resolver<'_> {
             }
             ProbeKind::Maximum { group, field, component } => {
                 let component = self.component(field, component)?;
-                let members = self.members(&group.name, field)?;
+                let members = self.members(group, field)?;
                 Some(What::Maximum { field: field.value, component, members })
             }
         }
@@ -203,31 +203,37 @@ impl Resolver<'_> {
         node.map(|node| node as u32)
     }
 
-    fn node_of_group(&mut self, name: &At<String>) -> Option<u32> {
-        let group = self.mesh.group(&name.value)?;
+    fn node_of_group(&mut self, of: &GroupName<OfNodes>) -> Option<u32> {
+        let group = of.group(self.mesh)?;
         if let [node] = group.nodes[..] {
             return Some(node);
         }
         let message =
             format!("the group `{}` has {} nodes, but a probe of one node needs one", group.name, group.nodes.len());
-        let diagnostic = Diagnostic::error(message).at(name.span, "this group");
+        let diagnostic = Diagnostic::error(message).at(of.name.span, "this group");
         self.diagnostics.push(diagnostic.help("kind = \"group-average\" or \"maximum\" takes all of them"));
         None
     }
 
     /// The nodes or elements of a group on which a field lives.
-    fn members(&mut self, name: &At<String>, field: &At<ProbeField>) -> Option<Vec<u32>> {
-        let group: &Group = self.mesh.group(&name.value)?;
+    fn members(&mut self, of: &GroupName<OfNodes>, field: &At<ProbeField>) -> Option<Vec<u32>> {
         if field.value.is_nodal() {
-            return Some(group.nodes.clone());
+            return of.nodes(self.mesh);
         }
-        if group.kind == GroupKind::Volume {
-            self.check_temperature(field, &group.elements);
-            return Some(group.elements.clone());
-        }
-        let message = format!("the group `{}` is a {}, but the field lives on elements", group.name, group.kind);
+        let name = &of.name;
+        let message = match self.mesh.find(&name.value, Wanted::Elements) {
+            Ok(group) => {
+                self.check_temperature(field, &group.elements);
+                return Some(group.elements.clone());
+            }
+            Err(GroupError::OtherKind(group)) => {
+                format!("the group `{}` is a {}, but the field lives on elements", group.name, group.kind)
+            }
+            Err(_) => format!("several volume groups are named `{}`", name.value),
+        };
         let volumes = self.mesh.groups().iter().filter(|group| group.kind == GroupKind::Volume);
-        let help = format!("the volume groups are {}", listed(volumes.map(|group| group.name.as_str())));
+        let names: Vec<String> = volumes.map(|group| self.mesh.full_name(group)).collect();
+        let help = format!("the volume groups are {}", listed(names.iter().map(String::as_str)));
         let diagnostic = Diagnostic::error(message).at(name.span, "a volume group is needed");
         self.diagnostics.push(diagnostic.at(field.span, "this field").help(help));
         None

@@ -6,7 +6,7 @@ use crate::console::is_coloured;
 use crate::constraints::{self, Driven};
 use crate::deck::decoder::{At, Decoder, GroupMention};
 use crate::deck::source::{TextError, read_text};
-use crate::deck::values::{Length, Positive, Quantity};
+use crate::deck::values::{GroupName, Length, OfFaces, OfNodes, Positive, Quantity};
 use crate::deck::{self, Deck, Reading};
 use crate::diagnostics::{Diagnostic, Diagnostics, Findings, Span, listed, nearest};
 use crate::expectations::{self, Expectation};
@@ -25,7 +25,7 @@ use estar_io::MeshFile;
 use estar_material::MaterialModel;
 use estar_mesh::conformity::Conformity;
 use estar_mesh::quality::{QualityReport, QualitySummary, volume};
-use estar_mesh::{Connectivity, Group, Mesh, locality_order};
+use estar_mesh::{Connectivity, Group, GroupError, Mesh, Wanted, locality_order};
 use estar_solver::model::{
     BulkViscosity, Fix, Formulation, InitialVelocity, Load, LoadKind, MassScaling, Model, Part, Prescribed, Spin,
     TimeSettings,
@@ -322,19 +322,35 @@ fn doubt(
     }
 }
 
-/// Every group that the deck mentions must be in the mesh and of a kind that serves.
+/// Every group that the deck mentions must be in the mesh and have what is wanted of it.
 fn check_groups(mesh: &Mesh, mentions: &[GroupMention], diagnostics: &mut Diagnostics) {
-    for GroupMention { name, kinds } in mentions {
-        let fitting = || mesh.groups().iter().filter(|group| kinds.contains(&group.kind));
-        let names = || fitting().map(|group| group.name.as_str());
-        let diagnostic = match mesh.group(&name.value) {
-            Some(group) if kinds.contains(&group.kind) => continue,
-            Some(group) => {
-                let wanted = kinds.iter().map(ToString::to_string).collect::<Vec<_>>().join(" or ");
-                let message = format!("the group `{}` is a {}, but a {wanted} is needed", group.name, group.kind);
-                Diagnostic::error(message).at(name.span, format!("a {}", group.kind))
+    for GroupMention { name, wanted } in mentions {
+        let fitting = mesh.groups().iter().filter(|group| wanted.is_had_by(group.kind));
+        let names: Vec<String> = fitting.map(|group| mesh.name_to_find(group, *wanted)).collect();
+        let names = || names.iter().map(String::as_str);
+        let diagnostic = match mesh.find(&name.value, *wanted) {
+            Ok(_) => continue,
+            Err(GroupError::OtherKind(group)) => {
+                let (kind, kinds) = (group.kind, wanted.kinds());
+                let message = format!("the group `{}` is a {kind}, but a {kinds} is needed", name.value);
+                Diagnostic::error(message).at(name.span, format!("a {kind}"))
             }
-            None => {
+            Err(GroupError::Ambiguous(groups)) => {
+                let full = groups.iter().map(|group| {
+                    let (count, what) = match wanted {
+                        Wanted::Elements => (group.elements.len(), "elements"),
+                        Wanted::Faces => (group.faces.len(), "faces"),
+                        Wanted::Nodes => (group.nodes.len(), "nodes"),
+                    };
+                    format!("`{}` ({}, {count} {what})", mesh.name_to_find(group, *wanted), group.kind)
+                });
+                let full = full.collect::<Vec<_>>().join(" or ");
+                let message = format!("{} groups of the mesh are named `{}`", groups.len(), name.value);
+                let diagnostic = Diagnostic::error(message).at(name.span, "which of them?");
+                diagnostics.push(diagnostic.help(format!("say {full}")));
+                continue;
+            }
+            Err(GroupError::Unknown) => {
                 let label = match nearest(&name.value, names()) {
                     Some(similar) => format!("did you mean \"{similar}\"?"),
                     None => "unknown".to_owned(),
@@ -369,14 +385,14 @@ const UNSCALED: MassScaling = MassScaling { factor: 1.0, target_time_step: 0.0, 
 
 /// What the solver is given.
 fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
-    let nodes = |name: &str| mesh.group(name).map_or_else(Vec::new, |group| group.nodes.clone());
+    let nodes = |group: &GroupName<OfNodes>| group.nodes(mesh).unwrap_or_default();
     Model {
         parts: parts(deck, mesh, diagnostics),
         fixes: deck
             .fix
             .iter()
             .map(|fix| Fix {
-                nodes: nodes(&fix.group.name.value),
+                nodes: nodes(&fix.group),
                 directions: fix.directions.iter().map(|direction| direction.value).collect(),
             })
             .collect(),
@@ -385,7 +401,7 @@ fn model(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Model {
             .iter()
             .filter_map(|entry| {
                 Some(Prescribed {
-                    nodes: nodes(&entry.group.name.value),
+                    nodes: nodes(&entry.group),
                     direction: entry.direction.value,
                     quantity: entry.motion.quantity(),
                     curve: entry.motion.curve(deck.interpolation(entry.interpolation))?,
@@ -431,7 +447,7 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
             diagnostics
                 .push(Diagnostic::error(message).at(part.material.0.span, "no element can have it").help(reason));
         }
-        let elements = &mesh.group(&part.group.name.value)?.elements;
+        let elements = &part.group.group(mesh)?.elements;
         let element = part.formulation(mesh, elements, material, diagnostics);
         if element == Formulation::FBar && !material.keeps_volume() {
             let message = "plastic flow that changes the volume, in elements `hex8-f-bar`, does not keep the energy";
@@ -481,7 +497,8 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
         let labels = named.collect::<Vec<_>>().join(", ");
         let message = format!("{} elements belong to no part: {labels}{dots}", orphans.len());
         let is_owner = |group: &&Group| group.elements.binary_search(&(*first as u32)).is_ok();
-        let groups = listed(mesh.groups().iter().filter(is_owner).map(|group| group.name.as_str()));
+        let names: Vec<String> = mesh.groups().iter().filter(is_owner).map(|group| mesh.full_name(group)).collect();
+        let groups = listed(names.iter().map(String::as_str));
         let help = match groups.as_str() {
             "" => "no volume group of the mesh has them: give them one in the mesher".to_owned(),
             groups => format!("they are in the volume group {groups}: it needs a [[part]]"),
@@ -502,7 +519,7 @@ fn initial_velocities(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -
             let diagnostic = Diagnostic::error("`initial_velocity` lacks `value` or `angular`");
             diagnostics.push(diagnostic.at(entry.span, "no velocity here").help("such as value = [0.0, 0.0, -227.0]"));
         }
-        let Some(group) = mesh.group(&entry.group.name.value) else { continue };
+        let Some(group) = entry.group.group(mesh) else { continue };
         velocities.push(InitialVelocity {
             nodes: group.nodes.clone(),
             translation: entry.value.map_or([0.0; 3], |vector| vector.value),
@@ -520,21 +537,25 @@ fn loads(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Load> {
         let name = if namesakes == 0 { name } else { format!("{name} ({})", namesakes + 1) };
         loads.push(Load { name, kind });
     };
-    let mut faces = |name: &At<String>| {
-        let group = mesh.group(&name.value)?;
+    let mut faces = |of: &GroupName<OfFaces>| {
+        let group = of.group(mesh)?;
         mesh.outward_faces(group)
-            .map_err(|error| diagnostics.push(Diagnostic::error(error.to_string()).at(name.span, "this surface")))
+            .map_err(|error| diagnostics.push(Diagnostic::error(error.to_string()).at(of.name.span, "this surface")))
             .ok()
     };
     for entry in &deck.pressure {
         let group = &entry.group.name;
-        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(deck.interpolation(entry.interpolation))) {
+        if let (Some(faces), Ok(curve)) =
+            (faces(&entry.group), entry.curve.curve(deck.interpolation(entry.interpolation)))
+        {
             push(format!("pressure on {}", group.value), LoadKind::Pressure { faces, curve });
         }
     }
     for entry in &deck.traction {
         let group = &entry.group.name;
-        if let (Some(faces), Ok(curve)) = (faces(group), entry.curve.curve(deck.interpolation(entry.interpolation))) {
+        if let (Some(faces), Ok(curve)) =
+            (faces(&entry.group), entry.curve.curve(deck.interpolation(entry.interpolation)))
+        {
             let direction = entry.direction.0;
             push(format!("traction on {}", group.value), LoadKind::Traction { faces, direction, curve });
         }
@@ -547,7 +568,7 @@ fn loads(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Load> {
 
 fn describe_parts(deck: &Deck, mesh: &Mesh) -> Vec<PartDescription> {
     let describe = |part: &deck::model::PartTable| {
-        let elements = mesh.group(&part.group.name.value).map_or(&[][..], |group| &group.elements);
+        let elements = part.group.group(mesh).map_or(&[][..], |group| &group.elements);
         let volume = |&element: &u32| {
             let element = element as usize;
             volume(mesh.elements().shape(element), &mesh.positions(element))

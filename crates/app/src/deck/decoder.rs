@@ -68,8 +68,8 @@ pub struct Decoder {
 pub struct GroupMention {
     /// Its name.
     pub name: At<String>,
-    /// The kinds that it may have.
-    pub kinds: &'static [estar_mesh::GroupKind],
+    /// What of the group is wanted.
+    pub wanted: estar_mesh::Wanted,
 }
 
 /// A mention or a definition of a name.

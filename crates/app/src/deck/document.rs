@@ -16,7 +16,8 @@ A deck is a TOML file. This page is generated from the parser's own tables (`EST
 h k M G, and min, h, t, bar, in, ft, lb, lbf, psi, ksi, deg, rpm, degC, %; they are joined by `*`, blanks or `/` and take
 powers: `kg/m^3`, `m/s²`, `J/(kg K)`. A unit of the wrong dimension is an error.
 
-**Groups** are the named physical groups (Gmsh) or sets (Abaqus) of the mesh.
+**Groups** are the physical groups (Gmsh), or the sets and surfaces (Abaqus), of the mesh; `all` is all of it. Where several have one
+name, a key takes what it needs, or asks for a full name such as `assembly.foot`: [mesh files](mesh-files.md#groups).
 
 **On the command line** `estar run DECK --set KEY=VALUE` replaces or adds any key, as in `--set time.end='\"1 us\"'` or
 `--set part.0.element='\"hex8\"'` (entries of a list are counted from 0).

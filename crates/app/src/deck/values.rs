@@ -6,7 +6,7 @@ use super::schema::{Interval, QuantitySchema, Schema};
 use super::tree::{Node, Value};
 use super::units::{self, Dimension, Measured, UnitError};
 use crate::diagnostics::{Diagnostic, Span};
-use estar_mesh::GroupKind;
+use estar_mesh::{Group, Mesh, Wanted};
 use estar_solver::{Curve, CurveError, Interpolation};
 use std::marker::PhantomData;
 use std::path::PathBuf;
@@ -615,39 +615,34 @@ impl FromDeck for MeshFile {
     }
 }
 
-/// Which kinds of group a key takes.
-pub trait Kinds {
-    /// The kinds.
-    const KINDS: &'static [GroupKind];
-    /// The kinds in words.
-    const WORDS: &'static str;
+/// What of a group a key takes.
+pub trait OfGroup {
+    /// What is wanted.
+    const WANTED: Wanted;
 }
 
-/// A group of elements.
+/// The elements of a group.
 #[derive(Clone, Copy, Debug)]
 pub struct OfElements;
 
-impl Kinds for OfElements {
-    const KINDS: &'static [GroupKind] = &[GroupKind::Volume];
-    const WORDS: &'static str = "volume";
+impl OfGroup for OfElements {
+    const WANTED: Wanted = Wanted::Elements;
 }
 
-/// A group of faces.
+/// The faces of a group.
 #[derive(Clone, Copy, Debug)]
 pub struct OfFaces;
 
-impl Kinds for OfFaces {
-    const KINDS: &'static [GroupKind] = &[GroupKind::Surface];
-    const WORDS: &'static str = "surface";
+impl OfGroup for OfFaces {
+    const WANTED: Wanted = Wanted::Faces;
 }
 
-/// A group of any kind.
+/// The nodes of a group of any kind.
 #[derive(Clone, Copy, Debug)]
 pub struct OfNodes;
 
-impl Kinds for OfNodes {
-    const KINDS: &'static [GroupKind] = &[GroupKind::Volume, GroupKind::Surface, GroupKind::Curve, GroupKind::Point];
-    const WORDS: &'static str = "volume, surface, curve or point";
+impl OfGroup for OfNodes {
+    const WANTED: Wanted = Wanted::Nodes;
 }
 
 /// The name of a group of the mesh.
@@ -655,17 +650,29 @@ impl Kinds for OfNodes {
 pub struct GroupName<K> {
     /// The name.
     pub name: At<String>,
-    kinds: PhantomData<K>,
+    wanted: PhantomData<K>,
 }
 
-impl<K: Kinds> FromDeck for GroupName<K> {
+impl<K: OfGroup> GroupName<K> {
+    /// The group that is meant, which the mesh has once the mentions are checked.
+    pub fn group<'mesh>(&self, mesh: &'mesh Mesh) -> Option<&'mesh Group> {
+        mesh.find(&self.name.value, K::WANTED).ok()
+    }
+
+    /// Its nodes.
+    pub fn nodes(&self, mesh: &Mesh) -> Option<Vec<u32>> {
+        self.group(mesh).map(|group| group.nodes.clone())
+    }
+}
+
+impl<K: OfGroup> FromDeck for GroupName<K> {
     fn schema() -> Schema {
-        Schema::Group(K::WORDS)
+        Schema::Group(K::WANTED.kinds())
     }
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
         let name = At::<String>::decode(node, decoder)?;
-        decoder.groups.push(GroupMention { name: name.clone(), kinds: K::KINDS });
-        Some(Self { name, kinds: PhantomData })
+        decoder.groups.push(GroupMention { name: name.clone(), wanted: K::WANTED });
+        Some(Self { name, wanted: PhantomData })
     }
 }
