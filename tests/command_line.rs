@@ -976,7 +976,7 @@ fn a_mesh_is_converted_for_paraview_with_its_groups() {
     workshop.estar(&["mesh", "box", "--shape", "tet10", "--output", "tets.msh"]).assert(0, &[]);
     let said = workshop.estar(&["convert", "tets.msh"]);
     said.assert(0, &[]);
-    assert!(said.text.contains("tets.vtu") && said.text.contains("7 groups"), "{}", said.text);
+    assert!(said.text.contains("tets.vtu") && said.text.contains("8 groups"), "{}", said.text);
     let frame = estar_io::read_frame(&workshop.path("tets.vtu")).unwrap();
     assert!(frame.types.iter().all(|shape| *shape == 24));
     assert!(frame.cell_fields["group box"].data.iter().all(|mark| *mark == 1.0));

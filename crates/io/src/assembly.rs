@@ -54,9 +54,10 @@ impl Assembly {
             return;
         }
         let labels = and_more(loose.iter().map(|&node| self.node_labels[node].to_string()));
-        let nodes =
-            if loose.len() == 1 { "node belongs to no element and is" } else { "nodes belong to no element and are" };
-        self.warnings.push(format!("{} {nodes} left out: {labels}", loose.len()));
+        self.warnings.push(match loose.len() {
+            1 => format!("1 node belongs to no element and is left out: {labels}"),
+            count => format!("{count} nodes belong to no element and are left out: {labels}"),
+        });
 
         let mut count = 0;
         for node in 0..new.len() {

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 use estar_mesh::{Elements, Face, FaceKey, Group, GroupKind};
+use rayon::prelude::*;
 
 use super::element_type::Use;
 use super::keyword::{Origin, checked_name, unquoted};
@@ -484,24 +485,25 @@ impl<'a> GroupMaker<'a> {
 
     /// The faces of solids that no other solid has.
     fn free_faces(&self, of: &[u32]) -> Vec<Face> {
-        let mut found: HashMap<FaceKey, (Face, bool)> = HashMap::new();
+        const OF_ANOTHER: u32 = u32::MAX;
         let mut is_in = vec![false; self.solids.len()];
-        let mut order = Vec::new();
+        let mut is_near = vec![false; self.solids.all_nodes().iter().max().map_or(0, |&node| node as usize + 1)];
+        let mut faces = Vec::new();
         for &solid in of.iter().filter(|&&solid| !std::mem::replace(&mut is_in[solid as usize], true)) {
-            for face in self.solids.faces(solid as usize) {
-                let key = face.key();
-                found.entry(key).and_modify(|(_, is_free)| *is_free = false).or_insert((face, true));
-                order.push(key);
-            }
+            faces.extend(self.solids.faces(solid as usize));
+            self.solids.nodes(solid as usize).iter().for_each(|&node| is_near[node as usize] = true);
         }
+        // equal faces side by side: the first number of each tells which it is
+        let mut keys: Vec<(FaceKey, u32)> = faces.iter().map(Face::key).zip(0..).collect();
         for other in (0..self.solids.len()).filter(|&solid| !is_in[solid]) {
-            for face in self.solids.faces(other) {
-                if let Some((_, is_free)) = found.get_mut(&face.key()) {
-                    *is_free = false;
-                }
-            }
+            let near = self.solids.faces(other).filter(|face| face.nodes().iter().all(|&node| is_near[node as usize]));
+            keys.extend(near.map(|face| (face.key(), OF_ANOTHER)));
         }
-        order.iter().filter_map(|key| found.get(key)).filter(|(_, is_free)| *is_free).map(|(face, _)| *face).collect()
+        keys.par_sort_unstable();
+        let alone = keys.chunk_by(|one, next| one.0 == next.0).filter(|equal| equal.len() == 1).map(|equal| equal[0].1);
+        let mut free: Vec<u32> = alone.filter(|&face| face != OF_ANOTHER).collect();
+        free.sort_unstable();
+        free.into_iter().map(|face| faces[face as usize]).collect()
     }
 }
 
