@@ -51,10 +51,7 @@ fn a_node_set_is_held_an_element_set_is_a_part_a_surface_is_loaded() {
 fn sets_of_part_and_assembly_are_asked_for_and_told_apart() {
     let both = told("owners.inp", "part.Set-1", &hold("Set-1"));
     assert!(both.contains("2 groups of the mesh are named `Set-1`"), "{both}");
-    assert!(
-        both.contains("say `part.Set-1` (node set, 12 nodes) or `assembly.Set-1` (node set, 4 nodes)"),
-        "{both}"
-    );
+    assert!(both.contains("say `part.Set-1` (node set, 12 nodes) or `assembly.Set-1` (node set, 4 nodes)"), "{both}");
     assert_eq!(held(&problem("owners.inp", "part.Set-1", &hold("assembly.Set-1")).unwrap()), [9, 10, 11, 12]);
     assert_eq!(held(&problem("owners.inp", "all", &hold("Column-1.Foot")).unwrap()), [1, 2, 3, 4]);
     let part = told("owners.inp", "Set-1", "");

@@ -307,7 +307,7 @@ fn info(file: &Path) -> Result<(), Failure> {
         let _ = writeln!(text, "  {name} from {:.6e} to {:.6e}", low[axis], high[axis]);
     }
     let _ = writeln!(text, "  groups:");
-    let names: Vec<String> = mesh.groups().iter().map(|group| mesh.full_name(group)).collect();
+    let names = mesh.full_names();
     let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
     for (group, name) in mesh.groups().iter().zip(&names) {
         let members = match (group.elements.len(), group.faces.len()) {

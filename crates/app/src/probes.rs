@@ -11,7 +11,7 @@ use crate::fields::{Component, ProbeField};
 use crate::history;
 use crate::snapshot::Snapshot;
 use estar_mesh::quality::volume;
-use estar_mesh::{GroupError, GroupKind, Mesh, Wanted};
+use estar_mesh::{GroupError, Mesh, Wanted};
 use estar_solver::model::{Direction, Part};
 
 /// A number that is followed.
@@ -231,8 +231,7 @@ impl Resolver<'_> {
             }
             Err(_) => format!("several volume groups are named `{}`", name.value),
         };
-        let volumes = self.mesh.groups().iter().filter(|group| group.kind == GroupKind::Volume);
-        let names: Vec<String> = volumes.map(|group| self.mesh.full_name(group)).collect();
+        let names = self.mesh.names_to_find(Wanted::Elements);
         let help = format!("the volume groups are {}", listed(names.iter().map(String::as_str)));
         let diagnostic = Diagnostic::error(message).at(name.span, "a volume group is needed");
         self.diagnostics.push(diagnostic.at(field.span, "this field").help(help));

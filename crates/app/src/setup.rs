@@ -325,9 +325,6 @@ fn doubt(
 /// Every group that the deck mentions must be in the mesh and have what is wanted of it.
 fn check_groups(mesh: &Mesh, mentions: &[GroupMention], diagnostics: &mut Diagnostics) {
     for GroupMention { name, wanted } in mentions {
-        let fitting = mesh.groups().iter().filter(|group| wanted.is_had_by(group.kind));
-        let names: Vec<String> = fitting.map(|group| mesh.name_to_find(group, *wanted)).collect();
-        let names = || names.iter().map(String::as_str);
         let diagnostic = match mesh.find(&name.value, *wanted) {
             Ok(_) => continue,
             Err(GroupError::OtherKind(group)) => {
@@ -351,14 +348,15 @@ fn check_groups(mesh: &Mesh, mentions: &[GroupMention], diagnostics: &mut Diagno
                 continue;
             }
             Err(GroupError::Unknown) => {
-                let label = match nearest(&name.value, names()) {
+                let fitting = mesh.groups().iter().filter(|group| wanted.is_had_by(group.kind));
+                let label = match nearest(&name.value, fitting.map(|group| group.name.as_str())) {
                     Some(similar) => format!("did you mean \"{similar}\"?"),
                     None => "unknown".to_owned(),
                 };
                 Diagnostic::error(format!("the mesh has no group `{}`", name.value)).at(name.span, label)
             }
         };
-        let help = match listed(names()) {
+        let help = match listed(mesh.names_to_find(*wanted).iter().map(String::as_str)) {
             none if none.is_empty() => "the mesh has no group that would serve".to_owned(),
             names => format!("the groups that would serve are {names}"),
         };
@@ -496,11 +494,15 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
         let dots = if orphans.len() > 5 { ", ..." } else { "" };
         let labels = named.collect::<Vec<_>>().join(", ");
         let message = format!("{} elements belong to no part: {labels}{dots}", orphans.len());
-        let is_owner = |group: &&Group| group.elements.binary_search(&(*first as u32)).is_ok();
-        let names: Vec<String> = mesh.groups().iter().filter(is_owner).map(|group| mesh.full_name(group)).collect();
-        let groups = listed(names.iter().map(String::as_str));
+        // but for the groups of all elements, which would take those of the other parts
+        let is_owner = |group: &Group| {
+            group.elements.len() < owners.len() && group.elements.binary_search(&(*first as u32)).is_ok()
+        };
+        let names = mesh.full_names();
+        let of_orphans = mesh.groups().iter().zip(&names).filter(|(group, _)| is_owner(group));
+        let groups = listed(of_orphans.map(|(_, name)| name.as_str()));
         let help = match groups.as_str() {
-            "" => "no volume group of the mesh has them: give them one in the mesher".to_owned(),
+            "" => "no volume group but `all` has them: give them one in the mesher".to_owned(),
             groups => format!("they are in the volume group {groups}: it needs a [[part]]"),
         };
         let mut diagnostic = Diagnostic::error(message);

@@ -1,5 +1,7 @@
 //! Which group a name stands for, where groups of several kinds or owners have it.
 
+use std::collections::HashMap;
+
 use crate::{Face, FaceKey, Group, GroupKind, Mesh};
 
 /// What of a group is wanted.
@@ -95,13 +97,27 @@ impl Mesh {
         full.iter().find(stands_for_it).or(full.last()).unwrap_or(name).clone()
     }
 
-    /// A group's name, with its owner before it where another group of its kind has the name.
-    pub fn full_name(&self, group: &Group) -> String {
-        let is_namesake = |other: &&Group| other.name == group.name && other.kind == group.kind;
-        match group.owners.first() {
-            Some(owner) if self.groups().iter().filter(is_namesake).count() > 1 => format!("{owner}.{}", group.name),
+    /// Those names of all groups that have what is wanted.
+    pub fn names_to_find(&self, wanted: Wanted) -> Vec<String> {
+        let fitting = || self.groups().iter().filter(|group| wanted.is_had_by(group.kind));
+        let mut counts: HashMap<&str, usize> = HashMap::new();
+        fitting().for_each(|group| *counts.entry(&group.name).or_default() += 1);
+        let name = |group: &Group| match counts.get(group.name.as_str()) {
+            Some(1) => group.name.clone(),
+            _ => self.name_to_find(group, wanted),
+        };
+        fitting().map(name).collect()
+    }
+
+    /// The names of all groups, each with its owner before it where another group of its kind has the name.
+    pub fn full_names(&self) -> Vec<String> {
+        let mut counts: HashMap<(&str, GroupKind), usize> = HashMap::new();
+        self.groups().iter().for_each(|group| *counts.entry((&group.name, group.kind)).or_default() += 1);
+        let full_name = |group: &Group| match (counts.get(&(&group.name, group.kind)), group.owners.first()) {
+            (Some(2..), Some(owner)) => format!("{owner}.{}", group.name),
             _ => group.name.clone(),
-        }
+        };
+        self.groups().iter().map(full_name).collect()
     }
 }
 
@@ -164,7 +180,8 @@ mod tests {
         assert_eq!(mesh.find("P-1.half", Wanted::Elements).unwrap().elements, [0]);
         assert_eq!(mesh.find("assembly.half", Wanted::Nodes).unwrap().elements, [1]);
         assert_eq!(mesh.find("assembly.volume.half", Wanted::Nodes).unwrap().elements, [1]);
-        assert_eq!(mesh.full_name(both[1]), "assembly.half");
+        assert_eq!(mesh.full_names(), ["foot", "foot", "foot", "part.half", "assembly.half", "twin", "twin"]);
+        assert_eq!(mesh.names_to_find(Wanted::Elements), ["foot", "part.half", "assembly.half", "twin"]);
     }
 
     #[test]

@@ -187,13 +187,14 @@ impl<'a> GroupMaker<'a> {
                             .extend(nodes.iter().filter(|node| **node != u32::MAX).map(|node| node + body.node_offset));
                     }
                 } else {
-                    self.places(body, &resolved, set.kind, member, set, &mut places)?;
+                    self.places(body, &resolved, member, set, &mut places)?;
                 }
             }
-            let all = resolved.entry((set.kind, name.to_ascii_uppercase())).or_default();
-            all.extend(places);
-            all.sort_unstable();
-            all.dedup();
+            resolved.entry((set.kind, name.to_ascii_uppercase())).or_default().extend(places);
+        }
+        for members in resolved.values_mut() {
+            members.sort_unstable();
+            members.dedup();
         }
         Ok(resolved)
     }
@@ -211,17 +212,16 @@ impl<'a> GroupMaker<'a> {
         }
     }
 
-    /// Adds the places of what a member stands for.
+    /// Adds the places of what a member of a set stands for.
     fn places(
         &self,
         body: usize,
         resolved: &Resolved,
-        kind: SetKind,
         member: &Members,
         set: &SetDefinition,
         places: &mut Vec<u32>,
     ) -> Result<(), Located> {
-        let (name, origin, instance) = (&set.name, set.origin, set.instance.as_deref());
+        let (name, kind, origin, instance) = (&set.name, set.kind, set.origin, set.instance.as_deref());
         let what = if kind == SetKind::Nodes { "node" } else { "element" };
         let one = |label: u64, instance: Option<&str>| {
             let place = self.place(body, kind, label, instance);
@@ -411,16 +411,18 @@ impl<'a> GroupMaker<'a> {
             }
             found.entry(key).or_default().extend(faces);
         }
+        let tail = self.groups.split_off(first_group);
+        let gives_way = |group: &Group| {
+            let faces = found.get(&group.name.to_ascii_uppercase());
+            group.kind == GroupKind::Surface && faces.is_some_and(|faces| !faces.is_empty())
+        };
+        self.groups.extend(tail.into_iter().filter(|group| !gives_way(group)));
         for (key, name) in order {
             let name = self.spellings.entry(key.clone()).or_insert_with(|| name.clone()).clone();
             let faces = found.remove(&key).unwrap_or_default();
             if faces.is_empty() {
                 self.without_members.push(name);
                 continue;
-            }
-            let namesake = |group: &Group| group.kind == GroupKind::Surface && group.name == name;
-            if let Some(shells) = (first_group..self.groups.len()).find(|&k| namesake(&self.groups[k])) {
-                self.groups.remove(shells);
             }
             self.add(body, Group::surface(name, faces));
         }
@@ -445,7 +447,7 @@ impl<'a> GroupMaker<'a> {
         let (mut faces, mut candidates, mut no_faces) = (Vec::new(), Vec::new(), 0);
         for (member, choice) in members {
             let mut places = Vec::new();
-            self.places(body, &self.sets[body], SetKind::Elements, member, &as_set, &mut places)?;
+            self.places(body, &self.sets[body], member, &as_set, &mut places)?;
             for place in places {
                 let (_, element) = self.element(place);
                 match (element.usage, choice) {

@@ -20,8 +20,8 @@ use crate::atomic::AtomicFile;
 pub fn write_gmsh(out: &mut impl Write, mesh: &Mesh, binary: bool) -> io::Result<()> {
     let mut physical_names = String::new();
     let mut taken = HashSet::new();
-    for (number, group) in (1..).zip(mesh.groups()) {
-        let (dimension, name) = (dimension(group.kind), mesh.full_name(group));
+    for ((number, group), name) in (1..).zip(mesh.groups()).zip(mesh.full_names()) {
+        let dimension = dimension(group.kind);
         let refused = |what| {
             let message = format!("the group name {name:?} {what}; rename it");
             Err(io::Error::new(io::ErrorKind::InvalidInput, message))
