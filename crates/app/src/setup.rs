@@ -494,9 +494,10 @@ fn parts(deck: &Deck, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Vec<Part> {
         let dots = if orphans.len() > 5 { ", ..." } else { "" };
         let labels = named.collect::<Vec<_>>().join(", ");
         let message = format!("{} elements belong to no part: {labels}{dots}", orphans.len());
-        // but for the groups of all elements, which would take those of the other parts
+        // but for the group of all elements, which would take those of the other parts
         let is_owner = |group: &Group| {
-            group.elements.len() < owners.len() && group.elements.binary_search(&(*first as u32)).is_ok()
+            let has_others = group.name == "all" && orphans.len() < owners.len();
+            !has_others && group.elements.binary_search(&(*first as u32)).is_ok()
         };
         let names = mesh.full_names();
         let of_orphans = mesh.groups().iter().zip(&names).filter(|(group, _)| is_owner(group));

@@ -35,7 +35,7 @@ fn taylor_is_a_quarter_of_the_cylinder() {
     let mesh = mesh("taylor/taylor.msh");
     assert_eq!((mesh.element_count(), mesh.node_count()), (3510, 4400));
     let surfaces = ["symmetry_x", "symmetry_y", "foot", "top", "side"].map(|name| (Surface, name));
-    assert_eq!(group_names(&mesh), [&[(Volume, "bar")][..], &surfaces, &[(Curve, "axis")]].concat());
+    assert_eq!(group_names(&mesh), [&[(Volume, "bar")][..], &surfaces, &[(Curve, "axis"), (Volume, "all")]].concat());
     // 10 edges on the quarter circle: sin(π/20)/(π/20).
     let polygon = (PI / 20.0).sin() / (PI / 20.0);
     assert!(volume_error(&mesh, polygon * PI * 3.2 * 3.2 * 32.4 / 4.0).abs() < 1e-9);

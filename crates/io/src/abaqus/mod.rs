@@ -281,9 +281,21 @@ impl Reader {
             words.clear();
             label = None;
         }
-        if let (Some(label), Some(count)) = (label, node_count) {
-            let message = format!("element {label}: {} nodes instead of {count}", words.len());
-            return Err(origin.fail(Problem::Syntax { message }));
+        match (label, node_count) {
+            (Some(label), Some(count)) if matches!(usage, Use::Solid(_) | Use::Face(_) | Use::Line(_)) => {
+                let message = format!("element {label}: {} nodes instead of {count}", words.len());
+                return Err(origin.fail(Problem::Syntax { message }));
+            }
+            // one more of what is of no use, however many nodes it has
+            (Some(label), _) => {
+                if tally.count == 0 {
+                    (tally.first, tally.origin) = (label, origin);
+                }
+                tally.count += 1;
+                let end = scope.element_nodes.len();
+                scope.elements.push(Element { label, usage, nodes: end..end, origin });
+            }
+            (None, _) => {}
         }
         if let Some(name) = name {
             let own = Members::Own(first as u32..scope.elements.len() as u32);
