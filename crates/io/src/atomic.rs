@@ -1,9 +1,13 @@
 //! Files that are there whole or not at all, written under another name, then renamed; and files that grow by whole pieces.
 
+use crate::file::create_ordinary;
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+
+/// How the name of a file on its way ends. One that is there when nobody writes was left by a program that was killed.
+pub const PARTIAL: &str = ".partial";
 
 /// A file on its way. Nothing has its name until [`AtomicFile::commit`]; dropped before, it leaves nothing behind.
 #[derive(Debug)]
@@ -14,15 +18,15 @@ pub struct AtomicFile {
 }
 
 impl AtomicFile {
-    /// Opens `path` with `.partial` appended, in the same folder, so that the renaming never crosses a file system.
+    /// Opens `path` with [`PARTIAL`] appended, in the same folder, so that the renaming never crosses a file system.
     ///
     /// # Errors
-    /// What the system says.
+    /// What the system says; something that is no ordinary file has that name.
     pub fn create(path: &Path) -> io::Result<Self> {
         let mut name: OsString = path.as_os_str().to_owned();
-        name.push(".partial");
+        name.push(PARTIAL);
         let partial = PathBuf::from(name);
-        let file = BufWriter::with_capacity(1 << 18, File::create(&partial)?);
+        let file = BufWriter::with_capacity(1 << 18, create_ordinary(&partial)?);
         Ok(Self { path: path.to_owned(), partial, file: Some(file) })
     }
 

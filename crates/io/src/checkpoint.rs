@@ -13,6 +13,7 @@
 //! Everything is little-endian. What the head and the numbers mean is the program's affair.
 
 use crate::atomic::AtomicFile;
+use crate::file::open_ordinary;
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
@@ -24,7 +25,7 @@ const VERSION: u32 = 1;
 const FIXED: u64 = 24;
 const CHECKSUM: u64 = 32;
 /// A head longer than this is none.
-const LONGEST_HEAD: u32 = 1 << 24;
+const LONGEST_HEAD: u32 = 1 << 27;
 /// Bytes that are handed on at a time.
 const CHUNK: usize = 1 << 18;
 
@@ -73,7 +74,7 @@ impl CheckpointWriter {
     /// Begins a file with a head and so many numbers to come.
     ///
     /// # Errors
-    /// What the system says; [`io::ErrorKind::InvalidInput`] for a head of 16 MiB or more.
+    /// What the system says; [`io::ErrorKind::InvalidInput`] for a head of 128 MiB or more.
     pub fn create(path: &Path, head: &str, number_count: u64) -> io::Result<Self> {
         let length = u32::try_from(head.len()).ok().filter(|length| *length < LONGEST_HEAD);
         let length = length.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the head is too long"))?;
@@ -135,7 +136,7 @@ impl Checkpoint {
     /// # Errors
     /// See [`CheckpointError`].
     pub fn open(path: &Path) -> Result<Self, CheckpointError> {
-        let mut file = File::open(path)?;
+        let mut file = open_ordinary(path)?;
         let found = file.metadata()?.len();
         let mut fixed = [0; FIXED as usize];
         file.read_exact(&mut fixed).map_err(|error| match error.kind() {
@@ -196,7 +197,7 @@ impl Checkpoint {
     /// # Errors
     /// What the system says.
     pub fn numbers(&self) -> io::Result<Numbers> {
-        let mut file = File::open(&self.path)?;
+        let mut file = open_ordinary(&self.path)?;
         file.seek(SeekFrom::Start(FIXED + self.head.len() as u64))?;
         Ok(Numbers { reader: BufReader::with_capacity(CHUNK, file).take(8 * self.number_count), error: None })
     }
@@ -330,6 +331,6 @@ mod tests {
             assert!(writer.commit().is_err());
             assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
         }
-        assert!(CheckpointWriter::create(&folder.path().join("a"), &"x".repeat(1 << 24), 0).is_err());
+        assert!(CheckpointWriter::create(&folder.path().join("a"), &"x".repeat(1 << 27), 0).is_err());
     }
 }

@@ -6,6 +6,8 @@ use std::io;
 use estar_mesh::MeshError;
 use thiserror::Error;
 
+use crate::text::{LONGEST_NAME, steers};
+
 /// Why a mesh file was not read.
 #[derive(Debug, Error)]
 pub enum ReadError {
@@ -197,10 +199,18 @@ pub enum Problem {
     #[error("a name is not valid UTF-8; rename the group")]
     NameNotUtf8,
     /// A name that no deck can write, and that could steer a terminal.
-    #[error("the name {name:?} has a control character; rename the group")]
+    #[error("the name {name:?} has a control character or a mark of the direction of writing; rename the group")]
     NameWithControl {
         /// The name.
         name: String,
+    },
+    /// A name that nobody can read.
+    #[error("a name has {length} characters, where up to {LONGEST_NAME} are read; rename the group {beginning}...")]
+    NameTooLong {
+        /// How long it is.
+        length: usize,
+        /// How it begins.
+        beginning: String,
     },
     /// A line that cannot be understood.
     #[error("{message}")]
@@ -306,7 +316,11 @@ pub(crate) fn and_more(list: impl IntoIterator<Item = String>) -> String {
 
 /// A name that can be shown as it is.
 pub(crate) fn visible_name(name: &str) -> Result<String, Problem> {
-    if name.contains(char::is_control) {
+    let length = name.chars().count();
+    if length > LONGEST_NAME {
+        return Err(Problem::NameTooLong { length, beginning: name.chars().take(20).collect() });
+    }
+    if name.contains(steers) {
         return Err(Problem::NameWithControl { name: name.to_owned() });
     }
     Ok(name.to_owned())
@@ -318,7 +332,7 @@ pub(crate) fn excerpt(bytes: &[u8]) -> String {
     let text: String = String::from_utf8_lossy(&bytes[..bytes.len().min(4 * LONGEST)])
         .chars()
         .take_while(|c| !matches!(c, '\n' | '\r'))
-        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .map(|c| if steers(c) { '\u{fffd}' } else { c })
         .collect();
     if text.chars().count() > LONGEST { text.chars().take(LONGEST).chain("...".chars()).collect() } else { text }
 }

@@ -2,10 +2,11 @@
 
 use std::fmt;
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use crate::atomic::append_whole;
+use crate::file::{create_ordinary, open_ordinary, reopen};
 
 /// One entry of a history row.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,6 +42,9 @@ impl fmt::Display for Value {
     }
 }
 
+/// Bytes of a value and of the comma behind it, at most.
+const LONGEST_VALUE: u64 = 32;
+
 /// Writes a CSV table, each row in one piece.
 #[derive(Debug)]
 pub struct HistoryWriter {
@@ -55,7 +59,7 @@ impl HistoryWriter {
     /// # Errors
     /// What the system says.
     pub fn create<S: AsRef<str>>(path: &Path, columns: &[S]) -> io::Result<Self> {
-        let mut file = File::create(path)?;
+        let mut file = create_ordinary(path)?;
         file.write_all(header(columns).as_bytes())?;
         Ok(Self { file, column_count: columns.len(), row: String::new() })
     }
@@ -65,24 +69,37 @@ impl HistoryWriter {
     /// # Errors
     /// What the system says; [`io::ErrorKind::InvalidData`] if the header is another one or rows are missing.
     pub fn resume<S: AsRef<str>>(path: &Path, columns: &[S], row_count: u64) -> io::Result<Self> {
+        let length = Self::length_of(path, columns, row_count)?;
+        let mut file = reopen(path, OpenOptions::new().write(true))?;
+        file.set_len(length)?;
+        file.seek(SeekFrom::End(0))?;
+        Ok(Self { file, column_count: columns.len(), row: String::new() })
+    }
+
+    /// Bytes of the header and of the first `row_count` rows of a table, which is left as it is.
+    ///
+    /// # Errors
+    /// As [`HistoryWriter::resume`].
+    pub fn length_of<S: AsRef<str>>(path: &Path, columns: &[S], row_count: u64) -> io::Result<u64> {
         let invalid = |message: String| io::Error::new(io::ErrorKind::InvalidData, message);
-        let mut reader = BufReader::new(File::open(path)?);
+        let header = header(columns);
+        let mut reader = BufReader::new(open_ordinary(path)?);
+        // no row is longer than so many numbers
+        let longest = (header.len() as u64).max(LONGEST_VALUE * (columns.len() as u64 + 1));
         let mut line = String::new();
-        let mut length = reader.read_line(&mut line)? as u64;
-        if line != header(columns) {
+        let mut next_line = |line: &mut String| reader.by_ref().take(longest).read_line(line);
+        let mut length = next_line(&mut line)? as u64;
+        if line != header {
             return Err(invalid("its columns are not those of this run".to_owned()));
         }
         for row in 0..row_count {
             line.clear();
-            length += reader.read_line(&mut line)? as u64;
+            length += next_line(&mut line)? as u64;
             if !line.ends_with('\n') {
                 return Err(invalid(format!("it has {row} whole rows of the {row_count} expected")));
             }
         }
-        let mut file = OpenOptions::new().write(true).open(path)?;
-        file.set_len(length)?;
-        file.seek(SeekFrom::End(0))?;
-        Ok(Self { file, column_count: columns.len(), row: String::new() })
+        Ok(length)
     }
 
     /// Puts the rows so far on the disk, so that they survive the end of the machine.

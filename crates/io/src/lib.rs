@@ -13,6 +13,7 @@ mod atomic;
 mod checkpoint;
 mod cursor;
 mod error;
+mod file;
 mod gmsh;
 mod history;
 mod mesh_file;
@@ -20,15 +21,20 @@ mod other_format;
 mod results;
 #[cfg(test)]
 mod test_folder;
+mod text;
 mod vtu;
 mod vtu_reader;
 
-pub use atomic::{AtomicFile, append_whole, write_atomically};
+pub use atomic::{AtomicFile, PARTIAL, append_whole, write_atomically};
 pub use checkpoint::{Checkpoint, CheckpointError, CheckpointWriter, Numbers};
 pub use error::{Place, Problem, ReadError, Unsupported};
+pub use file::{create_ordinary, make_own_folder, open_or_create, open_ordinary, read_ordinary};
 pub use gmsh::{write_gmsh, write_gmsh_file};
 pub use history::{HistoryWriter, Value};
 pub use mesh_file::{MeshFile, read_mesh, read_mesh_bytes};
-pub use results::{ResultWriter, WriteError, write_frame_file};
+pub use results::{FIELDS, ResultWriter, SERIES, WriteError, removed_frames, write_frame_file};
+pub use text::{LONGEST_NAME, one_line, steers, visible};
 pub use vtu::{Field, FieldData, Frame, FrameError, Grid};
-pub use vtu_reader::{FieldContent, FrameContent, FrameReadError, read_frame, read_frame_bytes, read_frame_with};
+pub use vtu_reader::{
+    FieldContent, FrameContent, FrameLimits, FrameReadError, read_frame, read_frame_bytes, read_frame_with,
+};

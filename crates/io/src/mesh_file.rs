@@ -1,12 +1,11 @@
 //! Reading a mesh, whatever its format.
 
-use std::fs;
-use std::io;
 use std::path::Path;
 
 use estar_mesh::Mesh;
 
 use crate::error::{Place, Problem, ReadError};
+use crate::file::read_ordinary;
 use crate::{abaqus, gmsh, other_format};
 
 /// A mesh and what its file said beside it.
@@ -27,18 +26,8 @@ pub struct MeshFile {
 /// advice, when it is no usable mesh.
 pub fn read_mesh(path: &Path) -> Result<MeshFile, ReadError> {
     let file = path.display().to_string();
-    let bytes = bytes_of(path).map_err(|source| ReadError::Unreadable { file: file.clone(), source })?;
+    let bytes = read_ordinary(path, u64::MAX).map_err(|source| ReadError::Unreadable { file: file.clone(), source })?;
     read_content(&bytes, &file, Some(path))
-}
-
-/// The content of an ordinary file. A device may never end, and a pipe may never begin.
-pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
-    let metadata = fs::metadata(path)?;
-    if metadata.is_file() || metadata.is_dir() {
-        fs::read(path)
-    } else {
-        Err(io::Error::other("it is a device or a pipe; save its content to a file"))
-    }
 }
 
 /// Reads a mesh from the content of a file; `name` stands for it in messages. It can include no other file.

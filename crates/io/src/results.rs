@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::atomic::AtomicFile;
+use crate::file::{make_own_folder, open_ordinary};
 use crate::vtu::{Frame, FrameError, write_vtu};
 
 /// Why a frame was not written.
@@ -49,7 +50,7 @@ impl WriteError {
 /// Whether a frame has its end.
 fn is_whole(path: &Path) -> io::Result<bool> {
     const END: &[u8] = b"</VTKFile>";
-    let mut file = fs::File::open(path)?;
+    let mut file = open_ordinary(path)?;
     let length = file.metadata()?.len();
     file.seek(SeekFrom::Start(length.saturating_sub(END.len() as u64 + 8)))?;
     let mut tail = Vec::new();
@@ -63,6 +64,8 @@ fn is_whole(path: &Path) -> io::Result<bool> {
 pub struct ResultWriter {
     folder: PathBuf,
     times: Vec<f64>,
+    /// Frames that somebody has removed, which the series does not name.
+    removed: Vec<usize>,
     /// Frames that are known to be on the disk.
     synced: usize,
 }
@@ -74,25 +77,20 @@ impl ResultWriter {
     /// [`WriteError::Unwritable`].
     pub fn create(folder: &Path) -> Result<Self, WriteError> {
         let fields = folder.join(FIELDS);
-        fs::create_dir_all(&fields).map_err(|source| WriteError::Unwritable { path: fields, source })?;
-        Ok(Self { folder: folder.to_owned(), times: Vec::new(), synced: 0 })
+        fs::create_dir_all(folder)
+            .and_then(|()| make_own_folder(&fields))
+            .map_err(|source| WriteError::Unwritable { path: fields, source })?;
+        Ok(Self { folder: folder.to_owned(), times: Vec::new(), removed: Vec::new(), synced: 0 })
     }
 
     /// A series that goes on after the frames that were written at `times`; the next frame follows them, and the series
-    /// names no later one.
+    /// names no later one, and none that somebody has removed.
     ///
     /// # Errors
-    /// [`WriteError::Unwritable`]; [`WriteError::EarlierFrame`] where one of these frames is not there or not whole.
+    /// [`WriteError::Unwritable`]; [`WriteError::EarlierFrame`] where one of these frames is not whole.
     pub fn resume(folder: &Path, times: Vec<f64>) -> Result<Self, WriteError> {
-        let writer = Self { synced: times.len(), times, ..Self::create(folder)? };
-        for number in 0..writer.times.len() {
-            let path = folder.join(frame_name(number));
-            match is_whole(&path) {
-                Ok(true) => {}
-                Ok(false) => return Err(WriteError::EarlierFrame { path, what: "is cut short".to_owned() }),
-                Err(error) => return Err(WriteError::EarlierFrame { path, what: format!("cannot be read: {error}") }),
-            }
-        }
+        let removed = removed_frames(folder, times.len())?;
+        let writer = Self { synced: times.len(), times, removed, ..Self::create(folder)? };
         writer.write_series()?;
         Ok(writer)
     }
@@ -102,18 +100,23 @@ impl ResultWriter {
     /// # Errors
     /// [`WriteError::Unwritable`].
     pub fn sync(&mut self) -> Result<(), WriteError> {
-        let frames = (self.synced..self.times.len()).map(frame_name).chain([SERIES.to_owned()]);
-        for path in frames.map(|name| self.folder.join(name)) {
-            let synced = fs::File::open(&path).and_then(|file| file.sync_all());
-            synced.map_err(|source| WriteError::Unwritable { path, source })?;
+        let sync = |path: &Path| open_ordinary(path).and_then(|file| file.sync_all());
+        for number in self.synced..self.times.len() {
+            let path = self.folder.join(frame_name(number));
+            match sync(&path) {
+                // removed by somebody who needs no more of it
+                Err(error) if error.kind() == io::ErrorKind::NotFound => self.removed.push(number),
+                synced => synced.map_err(|source| WriteError::Unwritable { path, source })?,
+            }
         }
         self.synced = self.times.len();
-        Ok(())
+        let path = self.folder.join(SERIES);
+        sync(&path).map_err(|source| WriteError::Unwritable { path, source })
     }
 
-    /// The times of the frames so far.
-    pub fn times(&self) -> &[f64] {
-        &self.times
+    /// Frames that are there.
+    pub fn frame_count(&self) -> usize {
+        self.times.len() - self.removed.len()
     }
 
     /// Writes the next frame and the series with it; returns the frame's file.
@@ -134,7 +137,8 @@ impl ResultWriter {
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
              <Collection>\n",
         );
-        for (number, time) in self.times.iter().enumerate() {
+        let is_there = |(number, _): &(usize, &f64)| self.removed.binary_search(number).is_err();
+        for (number, time) in self.times.iter().enumerate().filter(is_there) {
             let file = frame_name(number);
             xml += &format!("<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{file}\"/>\n");
         }
@@ -146,6 +150,24 @@ impl ResultWriter {
         };
         write().map_err(WriteError::of(&path))
     }
+}
+
+/// The numbers of those of the first `count` frames of a series that are not there.
+///
+/// # Errors
+/// [`WriteError::EarlierFrame`] where one of the others is not whole.
+pub fn removed_frames(folder: &Path, count: usize) -> Result<Vec<usize>, WriteError> {
+    let mut removed = Vec::new();
+    for number in 0..count {
+        let path = folder.join(frame_name(number));
+        match is_whole(&path) {
+            Ok(true) => {}
+            Ok(false) => return Err(WriteError::EarlierFrame { path, what: "is cut short".to_owned() }),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => removed.push(number),
+            Err(error) => return Err(WriteError::EarlierFrame { path, what: format!("cannot be read: {error}") }),
+        }
+    }
+    Ok(removed)
 }
 
 /// Writes a frame that stands alone.
@@ -161,8 +183,10 @@ pub fn write_frame_file(path: &Path, frame: &Frame) -> Result<(), WriteError> {
     write().map_err(WriteError::of(path))
 }
 
-const FIELDS: &str = "fields";
-const SERIES: &str = "results.pvd";
+/// The folder of the frames, in that of the series.
+pub const FIELDS: &str = "fields";
+/// The file that names the frames.
+pub const SERIES: &str = "results.pvd";
 
 /// With a slash on every system: it is also what the series calls the file.
 fn frame_name(number: usize) -> String {

@@ -3,13 +3,15 @@
 //! It is no reader of `.vtu` in general: other programs write the same grids in a dozen ways. What is not as it was written
 //! here is refused with what is wrong.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use flate2::read::ZlibDecoder;
 use thiserror::Error;
+
+use crate::file::read_ordinary;
 
 /// A frame that cannot be read.
 #[derive(Debug, Error)]
@@ -73,38 +75,45 @@ impl FrameContent {
 /// # Errors
 /// The file cannot be read, or is not as it was written.
 pub fn read_frame(path: &Path) -> Result<FrameContent, FrameReadError> {
-    read_frame_with(path, u64::MAX, |_| true)
+    read_frame_with(path, FrameLimits::default(), |_| true)
 }
+
+/// How large a frame may be that is read.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameLimits {
+    /// Bytes of the file.
+    pub file: u64,
+    /// Bytes of the numbers that it is unpacked into.
+    pub numbers: u64,
+}
+
+/// None, but that of every frame: no file is unpacked into more than [`MOST_UNPACKED`] times its own bytes.
+impl Default for FrameLimits {
+    fn default() -> Self {
+        Self { file: u64::MAX, numbers: u64::MAX }
+    }
+}
+
+/// Bytes of numbers in memory, eight each, over bytes of the file. The frames of this program are far from it: those of boxes of
+/// equal elements at rest, whose fields are all zero, have 7 to 10, and zlib alone could make 8,000 of single bytes that are all
+/// the same.
+const MOST_UNPACKED: u64 = 64;
+/// The head of a small file is most of it.
+const ALWAYS_UNPACKED: u64 = 1 << 20;
 
 /// Reads the frame of a file, but of its fields only the numbers of those that are wanted by name: the others are there with their
-/// components and without numbers. Unpacking is most of the work. What has more bytes than `largest` is refused, and so is what is no
-/// regular file: a device has no end.
+/// components and without numbers. Unpacking is most of the work.
 ///
 /// # Errors
-/// The file cannot be read, or is not as it was written.
+/// The file cannot be read, is not as it was written, or is larger than the limits.
 pub fn read_frame_with(
     path: &Path,
-    largest: u64,
+    limits: FrameLimits,
     wanted: impl Fn(&str) -> bool,
 ) -> Result<FrameContent, FrameReadError> {
-    let bytes =
-        regular(path, largest).map_err(|source| FrameReadError::Unreadable { path: path.to_owned(), source })?;
-    frame_of(&bytes, wanted).map_err(|what| FrameReadError::Content { path: path.to_owned(), what })
-}
-
-/// The content of a regular file of so many bytes at most.
-fn regular(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
-    let metadata = fs::metadata(path)?;
-    if !metadata.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
-    }
-    let mut bytes = Vec::new();
-    // one more than is kept, to know that there is more
-    fs::File::open(path)?.take(largest.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > largest {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, format!("it has more than {largest} bytes")));
-    }
-    Ok(bytes)
+    let bytes = read_ordinary(path, limits.file)
+        .map_err(|source| FrameReadError::Unreadable { path: path.to_owned(), source })?;
+    frame_of(&bytes, limits.numbers, wanted).map_err(|what| FrameReadError::Content { path: path.to_owned(), what })
 }
 
 /// Reads a frame from the bytes of its file; an error says what is wrong.
@@ -112,15 +121,16 @@ fn regular(path: &Path, largest: u64) -> io::Result<Vec<u8>> {
 /// # Errors
 /// The bytes are not as they were written.
 pub fn read_frame_bytes(bytes: &[u8]) -> Result<FrameContent, String> {
-    frame_of(bytes, |_| true)
+    frame_of(bytes, u64::MAX, |_| true)
 }
 
-fn frame_of(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<FrameContent, String> {
+fn frame_of(bytes: &[u8], most_numbers: u64, wanted: impl Fn(&str) -> bool) -> Result<FrameContent, String> {
     const APPENDED: &[u8] = b"<AppendedData encoding=\"raw\">\n_";
     let start =
         bytes.windows(APPENDED.len()).position(|window| window == APPENDED).ok_or("it has no arrays behind the XML")?;
     let xml = std::str::from_utf8(&bytes[..start]).map_err(|_| "its XML is not text")?;
     let appended = &bytes[start + APPENDED.len()..];
+    let room = Cell::new((MOST_UNPACKED * bytes.len() as u64).max(ALWAYS_UNPACKED).min(most_numbers));
 
     let mut frame = FrameContent::default();
     let (mut node_count, mut cell_count) = (None, None);
@@ -134,7 +144,7 @@ fn frame_of(bytes: &[u8], wanted: impl Fn(&str) -> bool) -> Result<FrameContent,
             }
             "FieldData" | "PointData" | "CellData" | "Points" | "Cells" => section = name.to_owned(),
             "DataArray" => {
-                let array = Array::of(tag, appended)?;
+                let array = Array::of(tag, appended, &room)?;
                 let counts = || Some((node_count?, cell_count?));
                 if section == "FieldData" {
                     if array.name == "TimeValue" {
@@ -203,10 +213,12 @@ struct Array<'a> {
     kind: &'a str,
     components: usize,
     bytes: &'a [u8],
+    /// Bytes of numbers that the frame may still have.
+    room: &'a Cell<u64>,
 }
 
 impl<'a> Array<'a> {
-    fn of(tag: &'a str, appended: &'a [u8]) -> Result<Self, String> {
+    fn of(tag: &'a str, appended: &'a [u8], room: &'a Cell<u64>) -> Result<Self, String> {
         let name = attribute(tag, "Name").ok_or("an array has no name")?;
         let components =
             if attribute(tag, "NumberOfComponents").is_some() { number_of(tag, "NumberOfComponents")? } else { 1 };
@@ -215,7 +227,7 @@ impl<'a> Array<'a> {
         }
         let bytes = appended.get(number_of(tag, "offset")?..).ok_or("an array begins behind the end of the file")?;
         let name = name.replace("&quot;", "\"").replace("&gt;", ">").replace("&lt;", "<").replace("&amp;", "&");
-        Ok(Self { name, kind: attribute(tag, "type").unwrap_or(""), components, bytes })
+        Ok(Self { name, kind: attribute(tag, "type").unwrap_or(""), components, bytes, room })
     }
 
     fn size(&self) -> Result<usize, String> {
@@ -231,6 +243,9 @@ impl<'a> Array<'a> {
     fn numbers(&self, tuples: usize) -> Result<Vec<f64>, String> {
         let size = self.size()?;
         let count = tuples.checked_mul(self.components).ok_or("a count that nothing holds")?;
+        let left = (count as u64).checked_mul(8).and_then(|bytes| self.room.get().checked_sub(bytes));
+        let left = left.ok_or_else(|| format!("the array {} promises more than such a file can hold", self.name))?;
+        self.room.set(left);
         let bytes = self.unpacked(count.checked_mul(size).ok_or("a count that nothing holds")?)?;
         let number = |bytes: &[u8]| match (self.kind, bytes) {
             ("UInt8", [byte]) => f64::from(*byte),

@@ -273,9 +273,30 @@ fn names_that_are_not_text_are_refused() {
 #[test]
 fn names_that_could_steer_a_terminal_are_refused() {
     let bytes = changed_in(ONE_HEX.as_bytes(), "\"b\"", "\"b\u{1b}[2J\"");
-    assert_eq!(error(&bytes), "a.msh:6: the name \"b\\u{1b}[2J\" has a control character; rename the group");
+    let told = "a control character or a mark of the direction of writing; rename the group";
+    assert_eq!(error(&bytes), format!("a.msh:6: the name \"b\\u{{1b}}[2J\" has {told}"));
+    let bytes = changed_in(ONE_HEX.as_bytes(), "\"b\"", "\"b\u{202e}c\"");
+    assert_eq!(error(&bytes), format!("a.msh:6: the name \"b\\u{{202e}}c\" has {told}"));
     let bytes = [&abaqus(&sample())[..], b"*NSET, NSET=a\0b\n2\n"].concat();
     assert!(error(&bytes).contains("the name \"a\\0b\" has a control character"), "{}", error(&bytes));
+}
+
+#[test]
+fn names_have_a_longest() {
+    for length in [255, 256, 65_535, 65_536, 1 << 20] {
+        let long = format!("\"{}\"", "n".repeat(length));
+        let bytes = changed_in(ONE_HEX.as_bytes(), "\"b\"", &long);
+        if length <= 255 {
+            assert!(read(&bytes).group(long.trim_matches('"')).is_some());
+        } else {
+            let told = format!("a.msh:6: a name has {length} characters, where up to 255 are read");
+            assert!(error(&bytes).starts_with(&told), "{}", error(&bytes));
+            assert!(error(&bytes).len() < 200);
+        }
+        let set = format!("*NSET, NSET={}\n40\n", long.trim_matches('"'));
+        let bytes = [&abaqus(&sample())[..], set.as_bytes()].concat();
+        assert_eq!(read_mesh_bytes(&bytes, "a.inp").is_ok(), length <= 255, "{length}");
+    }
 }
 
 #[test]

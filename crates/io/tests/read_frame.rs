@@ -4,7 +4,8 @@ mod common;
 
 use common::Folder;
 use estar_io::{
-    Field, FieldData, Frame, FrameContent, Grid, ResultWriter, read_frame, read_frame_bytes, read_frame_with,
+    Field, FieldData, Frame, FrameContent, FrameLimits, Grid, ResultWriter, read_frame, read_frame_bytes,
+    read_frame_with, write_frame_file,
 };
 use estar_mesh::{Elements, Shape};
 use std::fs;
@@ -60,7 +61,7 @@ fn fields_that_are_not_wanted_have_no_numbers_and_the_rest_is_the_same() {
     fs::create_dir_all(&folder.0).unwrap();
     fs::write(&path, frame("wanted_source")).unwrap();
     let (whole, part) =
-        (read_frame(&path).unwrap(), read_frame_with(&path, u64::MAX, |name| name == "strain").unwrap());
+        (read_frame(&path).unwrap(), read_frame_with(&path, FrameLimits::default(), |name| name == "strain").unwrap());
     assert_eq!((&part.points, &part.connectivity), (&whole.points, &whole.connectivity));
     assert_eq!(part.cell_fields["strain"], whole.cell_fields["strain"]);
     let velocity = &part.node_fields["velocity <\"&>"];
@@ -103,6 +104,48 @@ fn counts_that_lie_are_refused_before_memory_is_taken() {
         bytes.splice(at..at + from.len(), to.bytes());
         assert!(read_frame_bytes(&bytes).is_err(), "{from}");
     }
+}
+
+/// Arrays of zeros take a thousandth of their length in the file.
+#[test]
+fn a_small_file_is_not_unpacked_into_a_large_memory() {
+    let node_count = 2_000_000;
+    let points = vec![0.0; 3 * node_count];
+    let mut elements = Elements::with_capacity(Shape::Hex8, 1);
+    elements.push(Shape::Hex8, &[0, 1, 2, 3, 4, 5, 6, 7]);
+    let grid = Grid::new(node_count, &elements, &[], &[]).unwrap();
+    let folder = Folder::new("bomb");
+    fs::create_dir_all(&folder.0).unwrap();
+    let path = folder.0.join("frame.vtu");
+    let points = FieldData::F64(&points);
+    let frame = Frame { time: 0.0, grid: &grid, points, node_fields: Vec::new(), cell_fields: Vec::new() };
+    write_frame_file(&path, &frame).unwrap();
+    assert!(fs::metadata(&path).unwrap().len() < 700_000);
+    let told = read_frame(&path).unwrap_err().to_string();
+    assert!(told.contains("promises more than such a file can hold"), "{told}");
+}
+
+#[test]
+fn a_frame_larger_than_its_limits_is_refused() {
+    let folder = Folder::new("limits");
+    fs::create_dir_all(&folder.0).unwrap();
+    let path = folder.0.join("frame.vtu");
+    let bytes = frame("limits_source");
+    fs::write(&path, &bytes).unwrap();
+    let read = |file: u64, numbers: u64| read_frame_with(&path, FrameLimits { file, numbers }, |_| true);
+    let length = bytes.len() as u64;
+    // the time, 12 points and velocities, labels of nodes; strain, part, connectivity, offsets and types of two cells
+    let numbers = 8 * (1 + 12 * (3 + 3 + 1) + 2 * (1 + 1 + 8 + 1 + 1));
+    assert!(read(length, numbers).is_ok());
+    assert!(read(length - 1, numbers).unwrap_err().to_string().contains("more than"));
+    assert!(read(length, numbers - 1).unwrap_err().to_string().contains("promises more"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_device_is_no_frame() {
+    let told = read_frame(std::path::Path::new("/dev/zero")).unwrap_err().to_string();
+    assert!(told.contains("a device or a pipe"), "{told}");
 }
 
 #[test]

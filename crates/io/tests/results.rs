@@ -126,7 +126,7 @@ fn the_series_names_every_frame_with_its_time() {
     }
     let mut writer = ResultWriter::resume(&folder.0, vec![0.0]).unwrap();
     writer.write_frame(&frame((&mesh, &grid), 0.5, vec![], vec![])).unwrap();
-    assert_eq!(writer.times(), [0.0, 0.5]);
+    assert_eq!(writer.frame_count(), 2);
     let series = fs::read_to_string(folder.0.join("results.pvd")).unwrap();
     assert!(series.contains("<DataSet timestep=\"0.0\" part=\"0\" file=\"fields/frame_00000.vtu\"/>"));
     assert!(series.contains("<DataSet timestep=\"0.5\" part=\"0\" file=\"fields/frame_00001.vtu\"/>"));

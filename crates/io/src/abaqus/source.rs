@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::keyword::{Keyword, Lines, Origin};
 use crate::error::{Place, Problem, ReadError};
-use crate::mesh_file::bytes_of;
+use crate::file::read_ordinary;
 
 /// An include within an include, and so on, this deep at most.
 const MOST_DEPTH: usize = 20;
@@ -105,7 +105,7 @@ fn read_include<'a>(sources: &[Source], keyword: &Keyword) -> Result<Source<'a>,
     let found = found.ok_or_else(|| fail(format!("INPUT={wanted}"), "name a file"))?;
     let name = format!("{}, which {}:{} names", found.display(), includer.name, origin.line);
     let unreadable = |source| ReadError::Unreadable { file: name, source };
-    let bytes = bytes_of(found).map_err(unreadable.clone())?;
+    let bytes = read_ordinary(found, u64::MAX).map_err(unreadable.clone())?;
     let path = fs::canonicalize(found).map_err(unreadable)?;
 
     let mut depth = 1;
