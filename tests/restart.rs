@@ -386,6 +386,111 @@ fn the_newest_two_checkpoints_are_kept_and_a_damaged_one_is_passed_over() {
     assert_same(&workshop.results("again"), &straight, "resumed from step 100");
 }
 
+const NEVER: [&str; 2] = ["--set", "output.checkpoint='never'"];
+
+/// Stops a run at two steps, where it leaves its checkpoints.
+fn in_two_legs(workshop: &Workshop, output: &str, stops: [u64; 2]) {
+    let [first, second] = stops.map(|stop| stop.to_string());
+    workshop.run_well(output, &[&["--stop-at-step", &first], &NEVER[..]].concat());
+    workshop.run_well(output, &[&["--resume", "--stop-at-step", &second], &NEVER[..]].concat());
+}
+
+/// Rows and frames that there were at a checkpoint.
+fn outputs_at(path: &Path) -> [usize; 2] {
+    let bytes = fs::read(path).unwrap();
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let head: serde_json::Value = serde_json::from_slice(&bytes[24..24 + length]).unwrap();
+    let bookmark = &head["bookmark"];
+    [bookmark["history_rows"].as_u64().unwrap() as usize, bookmark["frame_times"].as_array().unwrap().len()]
+}
+
+#[test]
+fn damaged_checkpoints_do_not_drive_out_sound_ones() {
+    let workshop = Workshop::new(TAYLOR);
+    let straight = workshop.straight();
+    in_two_legs(&workshop, "out", [100, 200]);
+    let run = |arguments: &[&str]| workshop.run("out", &[&["--resume"], arguments, &NEVER[..]].concat());
+    let at = |step: u32| workshop.path("out").join(format!("checkpoint_{step:012}.estar"));
+    // of later steps, as a crash of the machine could leave them, and of one between
+    for step in [150, 300, 400, 500] {
+        fs::write(at(step), "damaged").unwrap();
+    }
+    let said = run(&["--stop-at-step", "250"]);
+    assert!(said.status.success() && text(&said).matches("cannot be taken up").count() == 3, "{}", text(&said));
+    assert!(at(250).exists(), "the one that was just written");
+    assert!(at(200).exists() && !at(100).exists() && !at(150).exists(), "{:?}", workshop.checkpoints("out"));
+    // the newest of all is damaged, and there is one before it
+    let whole = fs::read(at(250)).unwrap();
+    fs::write(at(250), &whole[..whole.len() - 1]).unwrap();
+    assert!(run(&["--stop-at-step", "260"]).status.success());
+    assert!(at(260).exists() && at(200).exists(), "{:?}", workshop.checkpoints("out"));
+    // with two sound ones after it, what is damaged is cleared away
+    assert!(run(&["--stop-at-step", "270"]).status.success());
+    assert!(at(270).exists() && at(260).exists() && !at(250).exists() && !at(200).exists());
+    assert!(run(&[]).status.success());
+    assert_same(&workshop.results("out"), &straight, "after damages");
+}
+
+#[test]
+fn outputs_too_short_for_the_newest_checkpoint_may_do_for_the_one_before() {
+    let workshop = Workshop::new(TAYLOR);
+    let straight = workshop.straight();
+    let steps = workshop.summary("straight")["steps"].as_u64().unwrap();
+    let stops = [steps / 3, 2 * steps / 3];
+    for output in ["history.csv", "frame"] {
+        in_two_legs(&workshop, "out", stops);
+        let directory = workshop.path("out");
+        let [first, second] = stops.map(|step| format!("checkpoint_{step:012}.estar"));
+        let [[first_rows, first_frames], [rows, frames]] =
+            [&first, &second].map(|name| outputs_at(&directory.join(name)));
+        assert!(first_rows < rows && first_frames < frames);
+        let reason = if output == "history.csv" {
+            let history = fs::read_to_string(directory.join(output)).unwrap();
+            let kept: Vec<&str> = history.lines().take(1 + rows).collect();
+            fs::write(directory.join(output), kept.join("\n")).unwrap();
+            "whole rows of the"
+        } else {
+            let last = directory.join(format!("fields/frame_{:05}.vtu", frames - 1));
+            let bytes = fs::read(&last).unwrap();
+            fs::write(&last, &bytes[..bytes.len() / 2]).unwrap();
+            "is cut short"
+        };
+        let said = workshop.run("out", &[&["--resume"], &NEVER[..]].concat());
+        let told = text(&said);
+        assert!(said.status.success() && told.contains(&format!("{second} cannot be taken up")), "{told}");
+        assert!(told.contains(reason), "{told}");
+        assert_same(&workshop.results("out"), &straight, output);
+        fs::remove_dir_all(directory).unwrap();
+    }
+}
+
+#[test]
+fn frames_that_a_user_removed_and_files_on_their_way_do_not_stop_a_run() {
+    let workshop = Workshop::new(TAYLOR);
+    let straight = workshop.straight();
+    in_two_legs(&workshop, "out", [100, 200]);
+    let directory = workshop.path("out");
+    fs::remove_file(directory.join("fields/frame_00000.vtu")).unwrap();
+    fs::remove_file(directory.join("results.pvd")).unwrap();
+    let on_their_way = ["results.pvd", "fields/frame_00001.vtu", "checkpoint_000000000300.estar", "summary.json"];
+    for name in on_their_way {
+        fs::write(directory.join(format!("{name}.partial")), "half").unwrap();
+    }
+    fs::write(directory.join("notes.partial"), "mine").unwrap();
+    let said = workshop.run("out", &[&["--resume"], &NEVER[..]].concat());
+    assert!(said.status.success(), "{}", text(&said));
+    assert!(text(&said).contains("warning: 1 of the frames of this run are not there any more"), "{}", text(&said));
+    assert!(on_their_way.iter().all(|name| !directory.join(format!("{name}.partial")).exists()));
+    assert!(directory.join("notes.partial").exists());
+    let series = fs::read_to_string(directory.join("results.pvd")).unwrap();
+    let straight_series = String::from_utf8(straight.files[Path::new("results.pvd")].clone()).unwrap();
+    let without = straight_series.lines().filter(|line| !line.contains("frame_00000")).collect::<Vec<_>>().join("\n");
+    assert_eq!(series.trim_end(), without.trim_end());
+    let found = workshop.results("out");
+    assert_eq!(found.state_hash, straight.state_hash);
+    assert_eq!(found.files[Path::new("history.csv")], straight.files[Path::new("history.csv")]);
+}
+
 #[test]
 fn a_checkpoint_of_another_run_is_refused_with_the_reason() {
     let workshop = Workshop::new(WALL);
@@ -459,6 +564,20 @@ fn a_forged_checkpoint_is_refused() {
         let change = |bytes: &mut Vec<u8>| bytes[at..at + 8].copy_from_slice(&f64::to_le_bytes(value));
         refused(forged(&bytes, change), "its numbers are those of no state of this run");
     }
+    // the version stands in what is told, and must not steer the terminal or fill it
+    let version = env!("CARGO_PKG_VERSION");
+    let place = bytes.windows(version.len()).position(|window| window == version.as_bytes()).unwrap();
+    let evil = "9\\u001b]0;x\\u0007\\u009b\\u202e\\nerror: a line of its own";
+    let change = |bytes: &mut Vec<u8>| {
+        bytes.splice(place..place + version.len(), evil.bytes());
+        let length = (head_length + evil.len() - version.len()) as u32;
+        bytes[12..16].copy_from_slice(&length.to_le_bytes());
+    };
+    fs::write(&path, forged(&bytes, change)).unwrap();
+    let said = text(&workshop.run("out", &["--resume"]));
+    assert!(said.contains("it was written by Estar 9\u{fffd}]0;x"), "{said}");
+    assert_eq!(estar_io::visible(&said), said);
+    assert!(!said.contains("\nerror: a line"), "{said}");
     let pending = bytes.windows(12).position(|window| window == b"\"pending\":[0").unwrap();
     refused(forged(&bytes, |bytes| bytes[pending + 11] = b'9'), "its head is that of no run of this deck");
     fs::write(&path, &bytes).unwrap();

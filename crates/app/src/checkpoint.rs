@@ -7,17 +7,13 @@ use crate::failure::Failure;
 use crate::inversion::Approach;
 use crate::setup::Problem;
 use crate::summary::hex;
-use estar_io::{Checkpoint, CheckpointWriter};
+use estar_io::{Checkpoint, CheckpointWriter, one_line};
 use estar_mesh::Mesh;
 use estar_solver::Simulation;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
-
-/// What can be done where outputs of a run that is to go on are gone.
-pub const START_OVER: &str =
-    "\nhelp: put the file back, or start from the beginning with --force, which removes the results";
 
 /// Checkpoints that are kept.
 const KEPT: usize = 2;
@@ -108,7 +104,9 @@ impl Identity {
     /// What tells this run, whose checkpoint was found, from the `wanted` one.
     fn difference(&self, wanted: &Self) -> Option<String> {
         if self.version != wanted.version {
-            return Some(format!("it was written by Estar {}, and this is {}", self.version, wanted.version));
+            // it may be forged
+            let written_by = one_line(&self.version);
+            return Some(format!("it was written by Estar {written_by}, and this is {}", wanted.version));
         }
         if self.mesh != wanted.mesh {
             return Some("it is of another mesh: the mesh file, or [mesh] scale, has changed since".to_owned());
@@ -174,39 +172,78 @@ fn checkpoints_in(directory: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Writes the checkpoint of the present step and removes those that are too old; the file's name.
-///
-/// # Errors
-/// It cannot be written; then the older ones stay.
-pub fn write(
-    directory: &Path,
-    identity: &Identity,
-    bookmark: Bookmark,
-    simulation: &Simulation,
-) -> Result<String, Failure> {
-    let name = file_name(simulation.step());
-    let path = directory.join(&name);
-    let head = Head { identity: identity.clone(), step: simulation.step(), time: simulation.time(), bookmark };
-    let write = || -> std::io::Result<()> {
-        let mut number_count = 0;
-        simulation.for_each_number(|_| number_count += 1);
-        let mut writer = CheckpointWriter::create(&path, &serde_json::to_string(&head)?, number_count)?;
-        simulation.for_each_number(|number| writer.number(number));
-        writer.commit()
-    };
-    write().map_err(Failure::writing(&path))?;
-    for old in checkpoints_in(directory).into_iter().skip(KEPT) {
-        // one that cannot be removed is only one too many
-        let _ = fs::remove_file(old);
+/// The checkpoints of a run that is under way.
+#[derive(Debug)]
+pub struct Checkpoints<'a> {
+    directory: &'a Path,
+    identity: Identity,
+    /// Those that this process has written, which need not be read through.
+    written: Vec<PathBuf>,
+}
+
+impl<'a> Checkpoints<'a> {
+    /// Those of a run in its directory.
+    pub fn of(directory: &'a Path, identity: Identity) -> Self {
+        Self { directory, identity, written: Vec::new() }
     }
-    Ok(name)
+
+    /// Writes the checkpoint of the present step and removes those that are too old; the file's name.
+    ///
+    /// # Errors
+    /// It cannot be written; then the older ones stay.
+    pub fn write(&mut self, bookmark: Bookmark, simulation: &Simulation) -> Result<String, Failure> {
+        let name = file_name(simulation.step());
+        let path = self.directory.join(&name);
+        let identity = self.identity.clone();
+        let head = Head { identity, step: simulation.step(), time: simulation.time(), bookmark };
+        let write = || -> std::io::Result<()> {
+            let mut number_count = 0;
+            simulation.for_each_number(|_| number_count += 1);
+            let mut writer = CheckpointWriter::create(&path, &serde_json::to_string(&head)?, number_count)?;
+            simulation.for_each_number(|number| writer.number(number));
+            writer.commit()
+        };
+        write().map_err(Failure::writing(&path))?;
+        self.written.push(path);
+        self.remove_old();
+        Ok(name)
+    }
+
+    /// Keeps the last one that was written and sound ones before it, and removes those that are older than these. One that is
+    /// damaged does not count; one of a later step is of an earlier leg, and waits until this one has passed it.
+    fn remove_old(&mut self) {
+        let Some(last) = self.written.last().cloned() else { return };
+        let mut kept = Vec::new();
+        for path in checkpoints_in(self.directory).into_iter().skip_while(|path| *path != last) {
+            if kept.len() == KEPT {
+                // one that cannot be removed is only one too many
+                let _ = fs::remove_file(path);
+            } else if self.written.contains(&path) || open(&path, &self.identity).is_ok() {
+                kept.push(path);
+            }
+        }
+        self.written.retain(|path| kept.contains(path));
+    }
+
+    /// The newest good checkpoint of this run at a step or before it; if all are later, the oldest. None if there is none.
+    pub fn before(&self, step: u64) -> Option<Found> {
+        let mut oldest = None;
+        for path in checkpoints_in(self.directory) {
+            let Ok((checkpoint, head)) = open(&path, &self.identity) else { continue };
+            let found = Found::new(checkpoint, &path, head);
+            if found.step <= step {
+                return Some(found);
+            }
+            oldest = Some(found);
+        }
+        oldest
+    }
 }
 
 /// A checkpoint that can be taken up.
 #[derive(Debug)]
 pub struct Found {
     checkpoint: Checkpoint,
-    path: PathBuf,
     /// Its file's name.
     pub name: String,
     /// Its step.
@@ -217,18 +254,22 @@ pub struct Found {
     pub refusals: Vec<String>,
 }
 
-/// The newest checkpoint in a directory that is whole and of this run.
+/// The newest checkpoint in a directory that is whole, of this run, and can be taken up, which `take_up` says of it.
 ///
 /// # Errors
 /// There is none, with the reason for each that was refused.
-pub fn newest(directory: &Path, identity: &Identity) -> Result<Found, Failure> {
+pub fn newest(
+    directory: &Path,
+    identity: &Identity,
+    mut take_up: impl FnMut(&Found) -> Result<(), String>,
+) -> Result<Found, Failure> {
     let mut refusals = Vec::new();
     for path in checkpoints_in(directory) {
-        match open(&path, identity) {
-            Ok((checkpoint, head)) => {
-                return Ok(Found::new(checkpoint, path, head, refusals));
-            }
-            Err(reason) => refusals.push(format!("{} cannot be taken up: {reason}", name_of(&path))),
+        let name = name_of(&path);
+        let opened = open(&path, identity).map(|(checkpoint, head)| Found::new(checkpoint, &path, head));
+        match opened.and_then(|found| take_up(&found).map(|()| found)) {
+            Ok(found) => return Ok(Found { refusals, ..found }),
+            Err(reason) => refusals.push(format!("{name} cannot be taken up: {reason}")),
         }
     }
     let directory = directory.display();
@@ -240,23 +281,10 @@ pub fn newest(directory: &Path, identity: &Identity) -> Result<Found, Failure> {
         let reasons: String = refusals.iter().map(|refusal| format!("\n  {refusal}")).collect();
         format!(
             "error: {directory} has no checkpoint that can be taken up{reasons}\nhelp: resume with the deck, mesh, --set and \
-             program of the run; or start from the beginning with --force, which removes its results"
+             program of the run, and with history.csv as it left it; a damaged frame may be removed; or start from the beginning \
+             with --force, which removes its results"
         )
     }))
-}
-
-/// The newest good checkpoint of this run at a step or before it; if all are later, the oldest. None if there is none.
-pub fn before(directory: &Path, identity: &Identity, step: u64) -> Option<Found> {
-    let mut oldest = None;
-    for path in checkpoints_in(directory) {
-        let Ok((checkpoint, head)) = open(&path, identity) else { continue };
-        let found = Found::new(checkpoint, path, head, Vec::new());
-        if found.step <= step {
-            return Some(found);
-        }
-        oldest = Some(found);
-    }
-    oldest
 }
 
 fn open(path: &Path, wanted: &Identity) -> Result<(Checkpoint, Head), String> {
@@ -270,29 +298,29 @@ fn open(path: &Path, wanted: &Identity) -> Result<(Checkpoint, Head), String> {
 }
 
 impl Found {
-    fn new(checkpoint: Checkpoint, path: PathBuf, head: Head, refusals: Vec<String>) -> Self {
-        Self { checkpoint, name: name_of(&path), path, step: head.step, bookmark: head.bookmark, refusals }
+    fn new(checkpoint: Checkpoint, path: &Path, head: Head) -> Self {
+        Self { checkpoint, name: name_of(path), step: head.step, bookmark: head.bookmark, refusals: Vec::new() }
     }
 
     /// Brings a simulation of this run to the step of the checkpoint.
     ///
     /// # Errors
-    /// The file cannot be read, or has a head or numbers that such a run has not.
-    pub fn restore(&self, problem: &Problem, simulation: &mut Simulation) -> Result<(), Failure> {
-        let unreadable = |what: String| Failure::File(format!("error: {}: {what}", self.path.display()));
+    /// The file cannot be read, or has a head or numbers that such a run has not; then the simulation is of no use any more.
+    pub fn restore(&self, problem: &Problem, simulation: &mut Simulation) -> Result<(), String> {
         if !self.bookmark.is_of(problem) {
-            return Err(unreadable("its head is that of no run of this deck".to_owned()));
+            return Err("its head is that of no run of this deck".to_owned());
         }
         let mut number_count = 0;
         simulation.for_each_number(|_| number_count += 1);
         if number_count != self.checkpoint.number_count() {
             let found = self.checkpoint.number_count();
-            return Err(unreadable(format!("has {found} numbers where this run has {number_count}")));
+            return Err(format!("it has {found} numbers where this run has {number_count}"));
         }
-        let mut numbers = self.checkpoint.numbers().map_err(|error| unreadable(format!("cannot be read: {error}")))?;
+        let unreadable = |error| format!("it cannot be read: {error}");
+        let mut numbers = self.checkpoint.numbers().map_err(unreadable)?;
         let restored = simulation.restore(|| numbers.next_number());
-        numbers.finish().map_err(|error| unreadable(format!("cannot be read: {error}")))?;
-        restored.map_err(|error| unreadable(error.to_string()))
+        numbers.finish().map_err(unreadable)?;
+        restored.map_err(|error| error.to_string())
     }
 }
 

@@ -7,7 +7,6 @@
 //! A frame's numbers are in a buffer that goes to and fro. When a frame comes before the last one is written, the loop waits
 //! for the buffer: memory is bounded, and no frame is lost. More buffers would help only where frames come in bursts.
 
-use crate::checkpoint;
 use crate::failure::Failure;
 use crate::fields::Field;
 use estar_io::{FieldData, Frame, Grid, ResultWriter, WriteError};
@@ -73,7 +72,7 @@ impl FrameWriter {
     /// Starts the thread, for frames that follow the `earlier` ones.
     ///
     /// # Errors
-    /// The directory cannot be written to, or lacks one of these frames.
+    /// The directory cannot be written to, or has one of these frames damaged.
     pub fn start(
         directory: &Path,
         mesh: &Mesh,
@@ -85,9 +84,7 @@ impl FrameWriter {
         let mut writer = if earlier.times.is_empty() {
             ResultWriter::create(directory).map_err(failure)?
         } else {
-            ResultWriter::resume(directory, earlier.times.clone()).map_err(|error| {
-                Failure::File(format!("error: the run cannot go on: {error}{}", checkpoint::START_OVER))
-            })?
+            ResultWriter::resume(directory, earlier.times.clone()).map_err(failure)?
         };
         let part_of_element = part_of_element(mesh, parts);
         // packing a frame must not crowd out the loop
@@ -115,7 +112,7 @@ impl FrameWriter {
                 };
                 let _ = give_back.send(numbers);
             }
-            Ok(writer.times().len())
+            Ok(writer.frame_count())
         };
         let thread = std::thread::Builder::new().name("frames".to_owned()).spawn(write_all);
         let thread = thread.map_err(|error| Failure::File(format!("error: no thread for the frames: {error}")))?;

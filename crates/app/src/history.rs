@@ -1,6 +1,5 @@
 //! `history.csv`: a row of numbers every so often.
 
-use crate::checkpoint;
 use crate::deck::units::Dimension;
 use crate::failure::Failure;
 use crate::setup::Problem;
@@ -132,10 +131,18 @@ impl History {
     pub fn resume(directory: &Path, problem: &Problem, row_count: u64) -> Result<Self, Failure> {
         let path = directory.join(FILE);
         let extras = extras(problem);
-        let writer = HistoryWriter::resume(&path, &columns(problem, &extras), row_count).map_err(|error| {
-            Failure::File(format!("error: the run cannot go on: {}: {error}{}", path.display(), checkpoint::START_OVER))
-        })?;
-        Ok(Self { path, extras, writer, row_count })
+        let writer = HistoryWriter::resume(&path, &columns(problem, &extras), row_count);
+        Ok(Self { writer: writer.map_err(Failure::writing(&path))?, path, extras, row_count })
+    }
+
+    /// Why a run cannot go on after so many rows of the file, which is left as it is.
+    ///
+    /// # Errors
+    /// The reason.
+    pub fn check(directory: &Path, problem: &Problem, row_count: u64) -> Result<(), String> {
+        let columns = columns(problem, &extras(problem));
+        let length = HistoryWriter::length_of(&directory.join(FILE), &columns, row_count);
+        length.map(|_| ()).map_err(|error| format!("{FILE}: {error}"))
     }
 
     /// Rows so far.

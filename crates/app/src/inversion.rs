@@ -9,7 +9,7 @@ use crate::frames::{FrameNumbers, grid, part_of_element};
 use crate::judgement;
 use crate::setup::Problem;
 use crate::summary::PartSummary;
-use estar_io::{Grid, ResultWriter, WriteError};
+use estar_io::{Grid, ResultWriter, WriteError, make_own_folder};
 use estar_mesh::{Elements, Mesh};
 use estar_solver::Simulation;
 use estar_solver::model::Formulation;
@@ -237,7 +237,9 @@ impl Neighbourhood {
     /// It cannot be written.
     pub fn write(&self, states: &[FrameNumbers], directory: &Path) -> Result<(), Failure> {
         let write = || -> Result<(), WriteError> {
-            let mut writer = ResultWriter::create(&directory.join(FOLDER))?;
+            let folder = directory.join(FOLDER);
+            make_own_folder(&folder).map_err(|source| WriteError::Unwritable { path: folder.clone(), source })?;
+            let mut writer = ResultWriter::create(&folder)?;
             states.iter().try_for_each(|state| state.write(&mut writer, &self.grid, &self.mesh, &self.fields))
         };
         write().map_err(|error| Failure::File(format!("error: {error}")))

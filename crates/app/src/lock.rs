@@ -1,6 +1,7 @@
 //! A directory belongs to one run at a time.
 
 use crate::failure::Failure;
+use estar_io::{open_or_create, open_ordinary};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
@@ -22,8 +23,8 @@ impl Lock {
     /// Another run has it, whose process is named; or the file cannot be written.
     pub fn acquire(directory: &Path) -> Result<Self, Failure> {
         let path = directory.join(LOCK_FILE);
-        let open = || OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
-        let mut file = open().map_err(Failure::writing(&path))?;
+        let opened = open_or_create(&path, OpenOptions::new().read(true).write(true));
+        let mut file = opened.map_err(Failure::writing(&path))?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
@@ -69,7 +70,7 @@ impl Holder {
     /// That of a directory. The lock is not touched: whoever wants it gets it.
     pub fn of(directory: &Path) -> Self {
         let mut text = String::new();
-        let read = File::open(directory.join(LOCK_FILE)).and_then(|file| file.take(200).read_to_string(&mut text));
+        let read = open_ordinary(&directory.join(LOCK_FILE)).and_then(|file| file.take(200).read_to_string(&mut text));
         let mut lines = text.lines().map(str::trim);
         let owner = lines.next().and_then(|line| line.strip_prefix("process ")?.split_once(" on "));
         let (Ok(_), Some((process, on)), Some(here)) = (read, owner, host()) else { return Self::Unknown };

@@ -7,6 +7,7 @@ use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::failure::Failure;
 use crate::fields::Field;
 use crate::inversion;
+use estar_io::{FIELDS, PARTIAL, SERIES, make_own_folder};
 use std::path::{Path, PathBuf};
 
 /// Frames where the deck does not say how many.
@@ -77,6 +78,9 @@ pub fn output_plan(deck: &Deck, diagnostics: &mut Diagnostics) -> OutputPlan {
     }
 }
 
+/// Multiples of an interval that are counted; of more, not even the next can be told from the last.
+const MOST_COUNTED: u64 = 1 << 53;
+
 /// Says when something falls due: at the first step at or after each multiple of its interval.
 #[derive(Clone, Copy, Debug)]
 pub struct Schedule {
@@ -106,7 +110,8 @@ impl Schedule {
             Interval::Time(interval) => (time / interval * (1.0 + 1e-14)) as u64,
             Interval::Steps(count) => step / count,
         };
-        let is_due = passed > self.passed;
+        // an interval that is nothing beside the time passes in every step
+        let is_due = passed > self.passed || passed >= MOST_COUNTED;
         self.passed = passed;
         is_due
     }
@@ -118,7 +123,7 @@ pub fn default_directory(deck: &Path) -> PathBuf {
     if directory == deck { deck.with_extension("results") } else { directory }
 }
 
-/// Makes the output directory, unless it is there.
+/// Makes the output directory, unless it is there. It may be a link; what is in it may not.
 ///
 /// # Errors
 /// It is a file, or it cannot be made.
@@ -126,8 +131,8 @@ pub fn make_directory(directory: &Path) -> Result<(), Failure> {
     if directory.exists() && !directory.is_dir() {
         return Err(Failure::File(format!("error: {} is a file, not a directory", directory.display())));
     }
-    let fields = directory.join("fields");
-    std::fs::create_dir_all(&fields).map_err(Failure::writing(&fields))
+    let fields = directory.join(FIELDS);
+    std::fs::create_dir_all(directory).and_then(|()| make_own_folder(&fields)).map_err(Failure::writing(&fields))
 }
 
 /// Refuses an output directory that holds results, or frees it of them by `force`.
@@ -135,7 +140,7 @@ pub fn make_directory(directory: &Path) -> Result<(), Failure> {
 /// # Errors
 /// It holds results, or they cannot be removed.
 pub fn clear_directory(directory: &Path, force: bool) -> Result<(), Failure> {
-    let old = results_in(directory);
+    let old = results_in(directory, "");
     if !old.is_empty() && !force {
         let message = format!(
             "error: {} holds results already\nhelp: take another directory with --output, overwrite these with --force, or go on \
@@ -150,19 +155,39 @@ pub fn clear_directory(directory: &Path, force: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The files in a directory that a run has written.
-fn results_in(directory: &Path) -> Vec<PathBuf> {
-    const FILES: [&str; 5] = ["results.pvd", "history.csv", "summary.json", "run.jsonl", "estar.log"];
-    let mut found: Vec<PathBuf> = FILES.iter().map(|name| directory.join(name)).filter(|path| path.is_file()).collect();
-    let in_folder = |folder: PathBuf, is_ours: fn(&Path) -> bool| {
-        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        entries.map(|entry| entry.path()).filter(move |path| is_ours(path))
-    };
+/// Removes what runs that were killed left of files on their way. The directory must be this run's own.
+pub fn clear_partial_files(directory: &Path) {
+    for path in results_in(directory, PARTIAL) {
+        // one that cannot be removed is told of when it is in the way
+        let _ = std::fs::remove_file(path);
+    }
+}
+
+/// The files in a directory that a run has written, with `ending` behind their names. Links are neither such files nor followed.
+fn results_in(directory: &Path, ending: &str) -> Vec<PathBuf> {
+    const FILES: [&str; 5] = [SERIES, "history.csv", "summary.json", "run.jsonl", "estar.log"];
+    let is_of_run: fn(&Path) -> bool = |name| FILES.iter().any(|file| name.as_os_str() == *file) || is_checkpoint(name);
+    let is_series: fn(&Path) -> bool = |name| name.as_os_str() == SERIES;
     let trouble = directory.join(inversion::FOLDER);
-    found.extend(Some(trouble.join("results.pvd")).filter(|path| path.is_file()));
-    found.extend(in_folder(directory.join("fields"), is_frame));
-    found.extend(in_folder(trouble.join("fields"), is_frame));
-    found.extend(in_folder(directory.to_owned(), is_checkpoint));
+    let is_own = |folder: &Path| folder.symlink_metadata().is_ok_and(|metadata| metadata.is_dir());
+    let mut found = Vec::new();
+    for (folder, around, is_ours) in [
+        (directory.to_owned(), directory, is_of_run),
+        (directory.join(FIELDS), directory, is_frame),
+        (trouble.clone(), directory, is_series),
+        (trouble.join(FIELDS), trouble.as_path(), is_frame),
+    ] {
+        // the directory itself is wherever the user wants it
+        if folder != directory && !(is_own(&folder) && (around == directory || is_own(around))) {
+            continue;
+        }
+        let entries = std::fs::read_dir(&folder).into_iter().flatten().flatten();
+        let files = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
+        found.extend(files.map(|entry| entry.path()).filter(|path| {
+            let name = path.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_suffix(ending));
+            name.is_some_and(|name| is_ours(Path::new(name)))
+        }));
+    }
     found
 }
 
@@ -184,6 +209,52 @@ mod tests {
         let mut schedule = Schedule::new(Interval::Steps(3));
         let due: Vec<bool> = (1..8).map(|step| schedule.is_due(0.0, step)).collect();
         assert_eq!(due, [false, false, true, false, false, true, false]);
+    }
+
+    #[test]
+    fn absurd_intervals_fall_due_as_often_as_they_are_told_to() {
+        let steps = 1000;
+        let end = steps as f64 * 1e-9;
+        for (interval, times) in [
+            (Interval::Time(1e-300), steps),
+            (Interval::Time(5e-324), steps),
+            (Interval::Time(0.0), steps),
+            (Interval::Time(end / 4e9), steps),
+            (Interval::Time(1e300), 0),
+            (Interval::Steps(1), steps),
+            (Interval::Steps(u64::MAX), 0),
+        ] {
+            let mut schedule = Schedule::new(interval);
+            let mut due = 0;
+            for step in 1..=steps {
+                // a run that goes on in the middle
+                schedule = Schedule::after(interval, schedule.passed());
+                due += u64::from(schedule.is_due(step as f64 * 1e-9, step));
+            }
+            assert_eq!(due, times, "{interval:?}");
+            // those of time 0 and of the end are told, too
+            let told = interval.count(end, steps as f64);
+            assert!((told - due as f64 - 1.0).abs() <= 1.0, "{interval:?}: {told}");
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn only_own_files_on_their_way_are_cleared() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path();
+        make_directory(path).unwrap();
+        let ours = ["results.pvd", "summary.json", "checkpoint_000000000012.estar", "fields/frame_00003.vtu"]
+            .map(|name| path.join(format!("{name}.partial")));
+        let theirs = ["notes.txt.partial", "fields/frame_x.vtu.partial", "history.csv.part", "frame_1.vtu", "notes"];
+        ours.iter().for_each(|file| std::fs::write(file, "x").unwrap());
+        theirs.iter().for_each(|file| std::fs::write(path.join(file), "x").unwrap());
+        let link = path.join("fields/frame_00004.vtu.partial");
+        std::os::unix::fs::symlink(path.join("notes"), &link).unwrap();
+        std::os::unix::fs::symlink(path.join("fields"), path.join("trouble")).unwrap();
+        clear_partial_files(path);
+        assert!(ours.iter().all(|file| !file.exists()));
+        assert!(theirs.iter().all(|file| path.join(file).exists()) && link.symlink_metadata().is_ok());
     }
 
     #[test]

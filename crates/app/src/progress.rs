@@ -3,7 +3,7 @@
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::format::{duration, prefixed};
-use estar_io::append_whole;
+use estar_io::{append_whole, open_or_create};
 use estar_solver::Simulation;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -79,7 +79,7 @@ impl Progress {
     ) -> Result<Self, Failure> {
         let records_path = directory.join("run.jsonl");
         let open = || -> std::io::Result<File> {
-            let mut records = OpenOptions::new().write(true).create(true).truncate(false).open(&records_path)?;
+            let mut records = open_or_create(&records_path, OpenOptions::new().write(true))?;
             // what a machine that lost its power has not kept is not made up for
             records.set_len(earlier.record_bytes.min(records.metadata()?.len()))?;
             records.seek(SeekFrom::End(0))?;

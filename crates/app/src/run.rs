@@ -1,7 +1,7 @@
 //! `estar run`: from the deck to the results.
 
-use crate::checkpoint::{self, Bits, Bookmark, Identity};
-use crate::console::{Console, is_coloured, tell};
+use crate::checkpoint::{self, Bits, Bookmark, Checkpoints, Identity};
+use crate::console::{Console, is_coloured, tell, tell_rendered};
 use crate::deck::settings::CheckpointEvery;
 use crate::deck::units::Dimension;
 use crate::expectations::{self, Expectation, Moment, Outcome};
@@ -12,7 +12,7 @@ use crate::history::History;
 use crate::inversion::{self, Approach, Neighbourhood};
 use crate::judgement;
 use crate::lock::Lock;
-use crate::output::{Schedule, clear_directory, default_directory, make_directory};
+use crate::output::{Schedule, clear_directory, clear_partial_files, default_directory, make_directory};
 use crate::passing::Passing;
 use crate::plausibility;
 use crate::probes::Probe;
@@ -23,6 +23,7 @@ use crate::snapshot::Snapshot;
 use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, QuasiStaticSummary, Summary, number, state_hash};
 use crate::trouble;
 use crate::view::Watch;
+use estar_io::one_line;
 use estar_solver::model::TimeStep;
 use estar_solver::{Energies, LaneLevel, Simulation, SimulationError};
 use std::fmt::Write;
@@ -101,8 +102,18 @@ fn run_problem(mut problem: Problem, options: &RunOptions, lanes: LaneLevel) -> 
     let identity = Identity::of(&problem);
     make_directory(&directory)?;
     let lock = Lock::acquire(&directory)?;
+    let mut removed_frames = 0;
     let found = if options.resume {
-        let found = checkpoint::newest(&directory, &identity)?;
+        let found = checkpoint::newest(&directory, &identity, |found| {
+            History::check(&directory, &problem, found.bookmark.history_rows)?;
+            let frames = estar_io::removed_frames(&directory, found.bookmark.frame_times.len());
+            removed_frames = frames.map_err(|error| error.to_string())?.len();
+            let restored = found.restore(&problem, &mut simulation);
+            if restored.is_err() {
+                simulation = setup::simulation(&problem, lanes).map_err(|failure| failure.to_string())?;
+            }
+            restored
+        })?;
         if let Some(stop) = options.stop_at_step.filter(|stop| *stop < found.step) {
             return Err(Failure::Input(format!(
                 "error: --stop-at-step {stop} lies before step {}, from which this run would go on ({})\nhelp: a run goes on from \
@@ -110,20 +121,24 @@ fn run_problem(mut problem: Problem, options: &RunOptions, lanes: LaneLevel) -> 
                 found.step, found.name
             )));
         }
-        found.restore(&problem, &mut simulation)?;
         Some(found)
     } else {
         clear_directory(&directory, options.force)?;
         None
     };
+    clear_partial_files(&directory);
     let mut console = Console::new(options.is_quiet);
     console.log_into(&directory, options.resume)?;
     let threads = rayon::current_num_threads();
     console.say(&announcement(&problem, &simulation, threads, lanes));
     if let Some(found) = &found {
         for refusal in &found.refusals {
-            tell(&format!("warning: {refusal}\n"));
-            console.note(&format!("warning: {refusal}"));
+            console.warn(refusal);
+        }
+        if removed_frames > 0 {
+            console.warn(&format!(
+                "{removed_frames} of the frames of this run are not there any more; results.pvd names the others"
+            ));
         }
         console.say(&format!("  resumes    from {}, step {}", found.name, count(found.step as f64)));
     }
@@ -160,7 +175,7 @@ struct Run<'a> {
     approach: Approach,
     passing: Passing,
     initial_time_step: f64,
-    identity: Identity,
+    checkpoints: Checkpoints<'a>,
     /// When the next checkpoint falls due.
     checkpoint_due: Option<Instant>,
     has_checkpoint: bool,
@@ -215,7 +230,7 @@ impl<'a> Run<'a> {
             history,
             frames,
             progress,
-            identity,
+            checkpoints: Checkpoints::of(directory, identity),
         };
         run.schedule_checkpoint();
         if !goes_on {
@@ -257,7 +272,7 @@ impl<'a> Run<'a> {
             initial_time_step: Bits::from(self.initial_time_step),
             wall_seconds: self.progress.wall_seconds(),
         };
-        let name = checkpoint::write(self.directory, &self.identity, bookmark, &self.simulation)?;
+        let name = self.checkpoints.write(bookmark, &self.simulation)?;
         self.console.note(&format!("{name}: t = {:.6e} s", self.simulation.time()));
         self.schedule_checkpoint();
         self.has_checkpoint = true;
@@ -460,8 +475,9 @@ impl<'a> Run<'a> {
         let bad = neighbourhood.seen(&self.simulation);
         let last_good = self.simulation.step() - 1;
         let first_shown = last_good.saturating_sub(inversion::STEPS_SHOWN);
-        match checkpoint::before(self.directory, &self.identity, first_shown) {
-            Some(found) => found.restore(&self.problem, &mut self.simulation)?,
+        let found = self.checkpoints.before(first_shown);
+        match found.filter(|found| found.restore(&self.problem, &mut self.simulation).is_ok()) {
+            Some(_) => {}
             None => match setup::simulation(&self.problem, lanes) {
                 Ok(simulation) => self.simulation = simulation,
                 // it could be made before, when there was no other in memory
@@ -602,7 +618,7 @@ fn beginning(problem: &Problem, simulation: &Simulation) -> Bookmark {
 pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, lanes: LaneLevel) -> String {
     let mut text = format!("Estar {}", env!("CARGO_PKG_VERSION"));
     if !problem.title.is_empty() {
-        let _ = write!(text, ": {}", problem.title.replace(char::is_control, " "));
+        let _ = write!(text, ": {}", one_line(&problem.title));
     }
     let time_step = simulation.time_step();
     let _ = write!(
