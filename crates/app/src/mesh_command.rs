@@ -6,7 +6,7 @@ use crate::console::{print, tell};
 use crate::deck::units::{self, Dimension};
 use crate::failure::Failure;
 use crate::format;
-use crate::memory;
+use crate::memory::{self, MeshSize};
 use clap::{Args, Subcommand};
 use estar_io::{Field, FieldData, Frame, Grid, MeshFile, WriteError, write_frame_file};
 use estar_mesh::conformity::Conformity;
@@ -123,6 +123,12 @@ pub struct SectionArguments {
     grading: f64,
 }
 
+impl SectionArguments {
+    fn size(&self, is_full: bool) -> MeshSize {
+        MeshSize::of_round_bar(is_full, self.core_cells, self.rings, self.axial_cells)
+    }
+}
+
 /// A length of the command line, m.
 fn length(text: &str) -> Result<f64, String> {
     let measured = units::parse(text).map_err(|error| error.to_string())?;
@@ -150,16 +156,7 @@ pub fn mesh(command: &MeshCommand) -> Result<(), Failure> {
             let sizes = |values: &[f64]| [values[0], values[1], values[2]];
             let cells = [arguments.cells[0], arguments.cells[1], arguments.cells[2]];
             let spec = BoxSpec::new(sizes(&arguments.size), cells).map_err(impossible)?;
-            let hex_count: u64 = cells.iter().map(|count| u64::from(*count)).product();
-            let pieces = match arguments.target.shape {
-                Shape::Tet4 | Shape::Tet10 => 6,
-                Shape::Wedge6 => 2,
-                Shape::Hex8 | Shape::Pyramid5 => 1,
-            };
-            if let Some(shortage) = memory::shortage_of_new_mesh(hex_count.saturating_mul(pieces)) {
-                return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
-            }
-            write(&arguments.target, || box_mesh(&spec))
+            write(&arguments.target, MeshSize::of_box(cells), || box_mesh(&spec))
         }
         MeshCommand::Cylinder(arguments) => {
             let spec = CylinderSpec::try_from(CylinderParameters {
@@ -172,7 +169,7 @@ pub fn mesh(command: &MeshCommand) -> Result<(), Failure> {
                 axial_grading: arguments.section.grading,
             })
             .map_err(impossible)?;
-            write(&arguments.target, || cylinder(&spec))
+            write(&arguments.target, arguments.section.size(arguments.full), || cylinder(&spec))
         }
         MeshCommand::NeckingBar(arguments) => {
             let spec = NeckingBarSpec::try_from(NeckingBarParameters {
@@ -185,7 +182,7 @@ pub fn mesh(command: &MeshCommand) -> Result<(), Failure> {
                 axial_grading: arguments.section.grading,
             })
             .map_err(impossible)?;
-            write(&arguments.target, || necking_bar(&spec))
+            write(&arguments.target, arguments.section.size(false), || necking_bar(&spec))
         }
         MeshCommand::Info { file } => info(file),
     }
@@ -204,8 +201,11 @@ fn check_target(output: &Path, force: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-fn write(target: &Target, mesh: impl FnOnce() -> Mesh) -> Result<(), Failure> {
+fn write(target: &Target, size: MeshSize, mesh: impl FnOnce() -> Mesh) -> Result<(), Failure> {
     check_target(&target.output, target.force)?;
+    if let Some(shortage) = memory::shortage_of_new_mesh(size, target.shape) {
+        return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
+    }
     let mesh = match target.shape {
         Shape::Hex8 => mesh(),
         shape => cut_into(&mesh(), shape),
@@ -308,7 +308,7 @@ fn info(file: &Path) -> Result<(), Failure> {
     }
     let _ = writeln!(text, "  groups:");
     let names = mesh.full_names();
-    let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    let width = format::column_width(names.iter().map(String::as_str));
     for (group, name) in mesh.groups().iter().zip(&names) {
         let members = match (group.elements.len(), group.faces.len()) {
             (0, 0) => String::new(),

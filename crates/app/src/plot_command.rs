@@ -14,7 +14,7 @@ use crate::series::Series;
 use crate::sheets;
 use crate::table::Table;
 use clap::Args;
-use estar_io::{FrameContent, write_atomically};
+use estar_io::{FrameContent, make_own_folder, write_atomically};
 use std::path::{Path, PathBuf};
 
 /// What the command line asks for.
@@ -114,7 +114,9 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), Failure> {
     }
     let output = arguments.output.clone().unwrap_or_else(|| arguments.directory.join("plots"));
     let histories = runs.iter().map(|run| Table::read(&run.join("history.csv"))).collect::<Result<Vec<_>, _>>()?;
-    std::fs::create_dir_all(&output).map_err(Failure::writing(&output))?;
+    // one that the user names may be a link, what is among results may not
+    let made = if arguments.output.is_some() { std::fs::create_dir_all(&output) } else { make_own_folder(&output) };
+    made.map_err(Failure::writing(&output))?;
     let sheet_count = sheets::write(&output, "history", &history_title(&runs), history_panels(&histories))?;
     let mut written = sheets::written(&output, "history", sheet_count);
     let mut write = |name: &str, content: &[u8]| -> Result<(), Failure> {

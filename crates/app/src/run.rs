@@ -96,7 +96,7 @@ fn run_problem(mut problem: Problem, options: &RunOptions, lanes: LaneLevel) -> 
     let simulation = setup::simulation(&problem, lanes);
     let of_steps = simulation.as_ref().ok().and_then(plausibility::doubt_about_steps);
     problem.findings.diagnostics.extend(of_steps);
-    tell(&problem.findings.render(is_coloured()));
+    tell_rendered(&problem.findings.render(is_coloured()));
     let mut simulation = simulation?;
     let directory = options.output.clone().unwrap_or_else(|| default_directory(&options.deck));
     let identity = Identity::of(&problem);

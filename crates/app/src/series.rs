@@ -1,7 +1,8 @@
 //! The frames of a run, as `results.pvd` names them.
 
 use crate::failure::Failure;
-use estar_io::{FrameContent, read_frame};
+use crate::memory;
+use estar_io::{FrameContent, FrameLimits, SERIES, read_frame_with, read_ordinary};
 use std::path::{Component, Path, PathBuf};
 
 /// The frames of a run; at least one.
@@ -14,7 +15,7 @@ pub struct Series {
 impl Series {
     /// The file that names the frames of a directory.
     pub fn file(directory: &Path) -> PathBuf {
-        directory.join("results.pvd")
+        directory.join(SERIES)
     }
 
     /// Those of a directory, all of which are below it.
@@ -22,11 +23,11 @@ impl Series {
     /// # Errors
     /// They cannot be read, there are none, or one is elsewhere.
     pub fn of(directory: &Path) -> Result<Self, Failure> {
+        /// Of a million frames.
+        const MOST_BYTES: u64 = 128 << 20;
         let path = Self::file(directory);
-        if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
-            return Err(Failure::File(format!("error: {}: it is no regular file", path.display())));
-        }
-        let text = std::fs::read_to_string(&path).map_err(Failure::reading(&path))?;
+        let text = read_ordinary(&path, MOST_BYTES).map_err(Failure::reading(&path))?;
+        let text = String::from_utf8_lossy(&text);
         let attribute = |tag: &str, name: &str| -> Option<String> {
             let (_, after) = tag.split_once(&format!("{name}=\""))?;
             after.split_once('"').map(|(value, _)| value.to_owned())
@@ -69,8 +70,14 @@ impl Series {
     }
 }
 
-fn read(path: &Path) -> Result<FrameContent, Failure> {
-    read_frame(path).map_err(|error| Failure::File(format!("error: {error}")))
+/// The frame of a file, as large as there is memory for it.
+///
+/// # Errors
+/// It cannot be read, or is too large.
+pub fn read(path: &Path) -> Result<FrameContent, Failure> {
+    let numbers = memory::available().unwrap_or(u64::MAX);
+    read_frame_with(path, FrameLimits { file: numbers, numbers }, |_| true)
+        .map_err(|error| Failure::File(format!("error: {error}")))
 }
 
 #[cfg(test)]
@@ -100,6 +107,6 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         std::os::unix::fs::symlink("/dev/zero", directory.path().join("frame.vtu")).unwrap();
         let told = naming(directory.path(), "frame.vtu").unwrap().at(None).unwrap_err().to_string();
-        assert!(told.contains("no regular file"), "{told}");
+        assert!(told.contains("a device or a pipe"), "{told}");
     }
 }

@@ -1,6 +1,8 @@
 //! A table of numbers as `history.csv` has it: a row of names, then rows of numbers.
 
 use crate::failure::Failure;
+use crate::memory;
+use estar_io::read_ordinary;
 use std::path::Path;
 
 /// Columns of numbers under names.
@@ -16,8 +18,13 @@ impl Table {
     /// # Errors
     /// It cannot be read, or is no such table.
     pub fn read(path: &Path) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path).map_err(Failure::reading(path))?;
-        Self::parse(&text).map_err(|what| Failure::File(format!("error: {}: {what}", path.display())))
+        let unusable = |what: String| Failure::File(format!("error: {}: {what}", path.display()));
+        if let Some(shortage) = memory::shortage_of_table(path) {
+            return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
+        }
+        let bytes = read_ordinary(path, u64::MAX).map_err(Failure::reading(path))?;
+        let text = String::from_utf8(bytes).map_err(|_| unusable("it is no text".to_owned()))?;
+        Self::parse(&text).map_err(unusable)
     }
 
     fn parse(text: &str) -> Result<Self, String> {

@@ -1,6 +1,7 @@
 //! Reading the deck's text.
 
-use std::io::Read;
+use crate::memory;
+use estar_io::read_ordinary;
 use std::path::{Path, PathBuf};
 
 /// No deck that a person or a script writes is larger.
@@ -23,6 +24,12 @@ pub enum TextError {
         /// The file.
         path: PathBuf,
     },
+    /// What is made of it does not fit into memory.
+    #[error("{shortage}; {}", memory::HELP)]
+    NoMemory {
+        /// How much is needed, and left.
+        shortage: String,
+    },
     /// It is not UTF-8.
     #[error("{}:{line}: not UTF-8 text: byte {byte:#04x} at column {column}; save the file as UTF-8", path.display())]
     NotUtf8 {
@@ -43,12 +50,13 @@ pub enum TextError {
 /// The file cannot be read, is too large or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, TextError> {
     let unreadable = |error| TextError::Unreadable { path: path.to_owned(), error };
-    let file = std::fs::File::open(path).map_err(unreadable)?;
-    let mut bytes = Vec::new();
-    file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(TextError::TooLarge { path: path.to_owned() });
+    if let Some(shortage) = memory::shortage_of_text(path) {
+        return Err(TextError::NoMemory { shortage });
     }
+    let bytes = read_ordinary(path, MOST_BYTES).map_err(|error| match error.kind() {
+        std::io::ErrorKind::InvalidData => TextError::TooLarge { path: path.to_owned() },
+        _ => unreadable(error),
+    })?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let bytes = error.as_bytes();

@@ -5,6 +5,7 @@ pub mod dimensions;
 mod report;
 
 use crate::console::{print, tell};
+use crate::deck::source::{TextError, read_text};
 use crate::deck::units::Dimension;
 use crate::failure::Failure;
 use crate::format::duration;
@@ -13,6 +14,7 @@ use crate::table::Table;
 use cases::{Case, Finding, MeshSource, Reference, Runner};
 use clap::Args;
 use dimensions::Dimensions;
+use estar_io::{read_ordinary, write_atomically};
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -84,7 +86,10 @@ pub fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     let (text, source) = match &arguments.cases {
         None => (cases::TABLE.to_owned(), Source::Shipped),
         Some(path) => {
-            let text = fs::read_to_string(path).map_err(Failure::reading(path))?;
+            let text = read_text(path).map_err(|error| match error {
+                TextError::Unreadable { path, error } => Failure::reading(&path)(error),
+                other => Failure::Input(format!("error: {other}")),
+            })?;
             (text, Source::Folder(path.parent().unwrap_or(Path::new("")).to_owned()))
         }
     };
@@ -286,7 +291,7 @@ fn unit(dimension: Dimension) -> String {
 /// What the columns of a case's table are; nothing if its deck cannot be read, which its run will say.
 fn dimensions(case: &Case, source: &Source) -> Option<Dimensions> {
     let deck = match source {
-        Source::Folder(folder) => fs::read_to_string(folder.join(&case.deck)).ok()?,
+        Source::Folder(folder) => read_text(&folder.join(&case.deck)).ok()?,
         Source::Shipped => String::from_utf8(shipped::file(&case.deck)?.to_vec()).ok()?,
     };
     Dimensions::of(case, &deck)
@@ -304,9 +309,11 @@ fn same_bits(hash: &str, again: &Path, whose: &str) -> Result<(), String> {
 }
 
 fn summary(results: &Path) -> Result<serde_json::Value, String> {
+    /// A summary is not so large.
+    const MOST_BYTES: u64 = 64 << 20;
     let path = results.join("summary.json");
-    let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+    let text = read_ordinary(&path, MOST_BYTES).map_err(|error| format!("{}: {error}", path.display()))?;
+    serde_json::from_slice(&text).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// A deck or a mesh, with what it needs beside it, in a place where the program can read it.
@@ -323,7 +330,7 @@ fn placed(path: &str, source: &Source, directory: &Path) -> Result<PathBuf, Stri
             }
             for (name, content) in shipped::folder(folder) {
                 let target = directory.join(name);
-                fs::write(&target, content).map_err(|error| format!("{}: {error}", target.display()))?;
+                write_atomically(&target, content).map_err(|error| format!("{}: {error}", target.display()))?;
             }
             Ok(directory.join(name))
         }

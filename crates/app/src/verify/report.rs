@@ -8,11 +8,12 @@ use crate::format::{digits, duration};
 use crate::plot::shaded::{Style, View, Window};
 use crate::plot::surface::{Part, Surface};
 use crate::plot::{Axis, Curve, Figure, Panel, shaded};
+use crate::series;
 use crate::summary::hex;
 use crate::table::Table;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use estar_io::{read_frame, write_atomically};
+use estar_io::write_atomically;
 use estar_solver::LaneLevel;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -309,7 +310,7 @@ fn picture(case: &Case, results: &Path) -> Option<Picture> {
     let mut frames: Vec<PathBuf> =
         std::fs::read_dir(results.join("fields")).ok()?.filter_map(|entry| Some(entry.ok()?.path())).collect();
     frames.sort();
-    let frame = read_frame(frames.last()?).ok()?;
+    let frame = series::read(frames.last()?).ok()?;
     let surfaces = || {
         SHOWN.iter().filter_map(|(field, words, unit)| {
             let surface = Surface::of(&frame, field, Part::Magnitude)?;
