@@ -2,8 +2,9 @@
 
 use super::results::Stamp;
 use crate::fields;
+use crate::memory;
 use crate::plot::surface::{GHOSTS, PART, Part, Skin, Surface};
-use estar_io::{FrameContent, read_frame_with};
+use estar_io::{FrameContent, FrameLimits, read_frame_with};
 use serde_json::json;
 use std::collections::VecDeque;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -61,7 +62,8 @@ impl Bodies {
         let is_needed = |name: &str| [GHOSTS, PART].contains(&name);
         let is_wanted =
             |name: &str| is_needed(name) || field.map_or_else(|| CHOICES.contains(&name), |field| field == name);
-        let frame = read_frame_with(path, LARGEST_FILE, is_wanted).map_err(|error| error.to_string())?;
+        let limits = FrameLimits { file: LARGEST_FILE, numbers: memory::available().unwrap_or(u64::MAX) };
+        let frame = read_frame_with(path, limits, is_wanted).map_err(|error| error.to_string())?;
         let content: Arc<[u8]> = self.packed(number, &frame, field, component)?.into();
         self.kept.push_front((key, Arc::clone(&content)));
         self.kept.truncate(MOST_KEPT);

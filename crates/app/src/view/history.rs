@@ -1,7 +1,9 @@
 //! A history that grows: only what is new is read, and what is kept does not grow with it.
 
 use crate::curves::panels;
+use crate::history;
 use crate::table;
+use estar_io::{open_ordinary, visible};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
@@ -9,9 +11,10 @@ use std::path::Path;
 
 /// When so many rows are kept, every other one is left out from then on.
 const MOST_KEPT: usize = 2400;
-/// Bytes of a line, and columns of a table, that a run writes at most.
+/// Bytes of a line that is read: that of a run with more columns is told of in place of curves.
 const LONGEST_LINE: u64 = 1 << 20;
-const MOST_COLUMNS: usize = 2000;
+/// Columns of probes that are shown, as many as a page can be looked through.
+const MOST_PROBES: usize = 100;
 
 /// What has been read of `history.csv`.
 #[derive(Debug, Default)]
@@ -20,7 +23,10 @@ pub struct HistoryTail {
     offset: u64,
     /// Where the last line begins, and what it says: another run in its place says something else there.
     last_line: (u64, Vec<u8>),
+    /// Names of the columns that are shown, and their places in a row.
     names: Vec<String>,
+    places: Vec<usize>,
+    column_count: usize,
     rows: usize,
     /// Every so many rows are kept.
     stride: usize,
@@ -30,6 +36,8 @@ pub struct HistoryTail {
     /// Largest absolute value of each column.
     largest: Vec<f64>,
     error: Option<String>,
+    /// Probes of the run.
+    probe_count: usize,
 }
 
 impl HistoryTail {
@@ -40,14 +48,21 @@ impl HistoryTail {
         }
     }
 
-    /// Why it could not be read to its end.
-    pub fn error(&self) -> Option<&str> {
-        self.error.as_deref()
+    /// Why it could not be read to its end, or what of it is not shown.
+    pub fn note(&self) -> Option<String> {
+        let more = self.probe_count > MOST_PROBES;
+        let of_probes = || {
+            format!(
+                "it follows {} probes, of which this page shows the first {MOST_PROBES}; the file has all of them",
+                self.probe_count
+            )
+        };
+        self.error.clone().or_else(|| more.then(of_probes))
     }
 
     fn read(&mut self, path: &Path) -> Result<(), String> {
         let unreadable = |error: io::Error| error.to_string();
-        let mut file = File::open(path).map_err(|error| {
+        let mut file = open_ordinary(path).map_err(|error| {
             *self = Self::default();
             unreadable(error)
         })?;
@@ -62,7 +77,8 @@ impl HistoryTail {
             line.clear();
             let count = reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(unreadable)?;
             if count as u64 == LONGEST_LINE {
-                return Err("a line of it is too long".to_owned());
+                let longest = LONGEST_LINE >> 10;
+                return Err(format!("it has too many columns for this page: a line is longer than {longest} KiB"));
             }
             // a row without its end is still being written
             if line.last() != Some(&b'\n') {
@@ -86,15 +102,27 @@ impl HistoryTail {
     fn take(&mut self, line: &[u8]) -> Result<(), String> {
         let line = std::str::from_utf8(line).map_err(|_| "it is not text".to_owned())?.trim_end_matches('\r');
         if self.names.is_empty() {
-            let names: Vec<String> = line.split(',').map(str::to_owned).collect();
-            if names.len() > MOST_COLUMNS || names[0] != "time" {
+            let names: Vec<&str> = line.split(',').collect();
+            if names[0] != "time" {
                 return Err("it is no history of a run".to_owned());
             }
-            (self.kept, self.largest) = (vec![Vec::new(); names.len()], vec![0.0; names.len()]);
-            (self.names, self.stride) = (names, 1);
+            for (place, name) in names.iter().enumerate() {
+                if !history::is_column(name) {
+                    self.probe_count += 1;
+                    if self.probe_count > MOST_PROBES {
+                        continue;
+                    }
+                }
+                self.names.push(visible(name).into_owned());
+                self.places.push(place);
+            }
+            self.column_count = names.len();
+            (self.kept, self.largest) = (vec![Vec::new(); self.names.len()], vec![0.0; self.names.len()]);
+            self.stride = 1;
             return Ok(());
         }
-        let row = table::row(line, self.names.len(), self.rows + 2)?;
+        let row = table::row(line, self.column_count, self.rows + 2)?;
+        let row: Vec<f64> = self.places.iter().map(|place| row[*place]).collect();
         for (largest, value) in self.largest.iter_mut().zip(&row) {
             *largest = largest.max(value.abs());
         }
@@ -172,10 +200,10 @@ mod tests {
         let path = directory.path().join("history.csv");
         let mut tail = HistoryTail::default();
         tail.update(&path);
-        assert!(tail.error().is_some() && shown(&tail)["rows"] == 0);
+        assert!(tail.note().is_some() && shown(&tail)["rows"] == 0);
         fs::write(&path, format!("{HEAD}0,1,5\n1,2")).unwrap();
         tail.update(&path);
-        assert_eq!((tail.error(), &shown(&tail)["time"]), (None, &json!([0.0])));
+        assert_eq!((tail.note(), &shown(&tail)["time"]), (None, &json!([0.0])));
         let mut file = OpenOptions::new().append(true).open(&path).unwrap();
         file.write_all(b",\n2,4,7\n").unwrap();
         tail.update(&path);
@@ -222,6 +250,25 @@ mod tests {
     }
 
     #[test]
+    fn of_very_many_probes_the_first_are_shown_and_the_rest_is_told_of() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("history.csv");
+        let probes: String = (0..5000).map(|probe| format!(",p{probe}")).collect();
+        let row: String = (0..5000).map(|probe| format!(",{probe}")).collect();
+        fs::write(&path, format!("time,kinetic_energy{probes},heat\n0,1{row},7\n1,2{row},8\n")).unwrap();
+        let mut tail = HistoryTail::default();
+        tail.update(&path);
+        let told = tail.note().unwrap();
+        assert!(told.contains("5000 probes, of which this page shows the first 100"), "{told}");
+        let content = shown(&tail);
+        let panels = content["panels"].as_array().unwrap();
+        let labels: Vec<&str> = panels.iter().map(|panel| panel["label"].as_str().unwrap()).collect();
+        assert_eq!((labels.len(), labels[0], labels[1], labels[101]), (102, "energy", "p0", "heat"));
+        assert_eq!(panels[100]["curves"][0]["values"], json!([99.0, 99.0]));
+        assert_eq!(panels[101]["curves"][0]["values"], json!([7.0, 8.0]));
+    }
+
+    #[test]
     fn what_is_no_history_is_told_and_read_again_when_it_is_one() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("history.csv");
@@ -230,14 +277,14 @@ mod tests {
             (format!("{HEAD}0,1\n"), "line 2 has 2 cells"),
             (format!("{HEAD}0,1,x\n"), "line 2: \"x\""),
             ("rubbish\n".to_owned(), "no history"),
-            ("x".repeat(2 << 20), "too long"),
+            ("x".repeat(2 << 20), "too many columns for this page"),
         ] {
             fs::write(&path, content).unwrap();
             tail.update(&path);
-            assert!(tail.error().is_some_and(|error| error.contains(part)), "{:?}", tail.error());
+            assert!(tail.note().is_some_and(|note| note.contains(part)), "{:?}", tail.note());
         }
         fs::write(&path, format!("{HEAD}0,1,5\n")).unwrap();
         tail.update(&path);
-        assert_eq!((tail.error(), &shown(&tail)["rows"]), (None, &json!(1)));
+        assert_eq!((tail.note(), &shown(&tail)["rows"]), (None, &json!(1)));
     }
 }

@@ -6,9 +6,10 @@ use super::history::HistoryTail;
 use crate::lock::{Holder, LOCK_FILE};
 use crate::plot::{figure, shaded};
 use crate::series::Series;
+use estar_io::{one_line, open_ordinary, read_ordinary, visible};
 use serde::Serialize;
 use serde_json::Value;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -158,7 +159,7 @@ impl Results {
         }
         let stamp = Stamp::of(&file("history.csv"));
         match &stamp {
-            Ok(_) => notes.extend(self.locked_history().error().map(|error| format!("history.csv: {error}"))),
+            Ok(_) => notes.extend(self.locked_history().note().map(|note| format!("history.csv: {note}"))),
             Err(_) => notes.push("waiting for history.csv".to_owned()),
         }
         let series = self.series();
@@ -175,9 +176,9 @@ impl Results {
         let name = self.directory.canonicalize().unwrap_or_else(|_| self.directory.clone());
         State {
             status,
-            directory: name.display().to_string(),
+            directory: one_line(&name.display().to_string()),
             title: first.split_once(": ").map_or(first, |(_, title)| title).to_owned(),
-            notes,
+            notes: notes.iter().map(|note| one_line(note)).collect(),
             progress,
             age,
             history_version: stamp.map_or(String::new(), Stamp::version),
@@ -251,8 +252,20 @@ fn status(summary: Option<&Value>, progress: Option<&Value>, holder: Holder, sil
 }
 
 fn read_summary(path: &Path) -> Option<Value> {
-    let file = File::open(path).ok()?;
-    serde_json::from_reader(io::BufReader::new(file.take(LARGEST_SUMMARY))).ok()
+    let bytes = read_ordinary(path, LARGEST_SUMMARY).ok()?;
+    serde_json::from_slice(&bytes).ok().map(shown)
+}
+
+/// A value whose words turn no page about.
+fn shown(value: Value) -> Value {
+    match value {
+        Value::String(text) => Value::String(visible(&text).into_owned()),
+        Value::Array(values) => Value::Array(values.into_iter().map(shown).collect()),
+        Value::Object(entries) => Value::Object(
+            entries.into_iter().map(|(name, value)| (visible(&name).into_owned(), shown(value))).collect(),
+        ),
+        other => other,
+    }
 }
 
 /// The last line of `run.jsonl` that is whole.
@@ -260,7 +273,7 @@ fn last_record(path: &Path) -> Option<Value> {
     let end = end_of(path, END_OF_RECORDS)?;
     let whole = &end[..end.rfind('\n')?];
     let line = whole.rsplit('\n').next()?;
-    serde_json::from_str(line).ok().filter(Value::is_object)
+    serde_json::from_str(line).ok().filter(Value::is_object).map(shown)
 }
 
 /// The end of a file, of so many bytes at most, from the beginning of a line.
@@ -275,11 +288,11 @@ fn end_of(path: &Path, bytes: u64) -> Option<String> {
 }
 
 fn piece(path: &Path, start: SeekFrom, bytes: u64) -> Option<String> {
-    let mut file = File::open(path).ok()?;
+    let mut file = open_ordinary(path).ok()?;
     file.seek(start).ok()?;
     let mut content = Vec::new();
     file.take(bytes).read_to_end(&mut content).ok()?;
-    Some(String::from_utf8_lossy(&content).into_owned())
+    Some(visible(&String::from_utf8_lossy(&content)).into_owned())
 }
 
 #[cfg(test)]

@@ -1,18 +1,25 @@
-//! Serves the page on this machine, and on no other address, to those who know its key: a thread that listens, and one for each connection, of which there
-//! are never many.
+//! Serves the page on this machine, and on no other address, to those who know its key: a thread that listens, and one for each
+//! connection, of which there are never many.
+//!
+//! Whoever has an account on this machine can connect. A connection is a stranger's until its request has shown the key; of strangers
+//! there are so many at a time, and when another comes the one that has waited longest is closed. Those who know the key ask at once,
+//! and have places of their own afterwards, so that strangers who say nothing keep nobody out.
 
 use super::http::{self, Request, Response};
 use super::results::Results;
+use std::collections::VecDeque;
 use std::io;
-use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Connections at one time; a browser has six.
-const MOST_CONNECTIONS: usize = 32;
+/// Connections at one time of those who have shown the key; a browser has six.
+const MOST_CONNECTIONS: usize = 24;
+/// Connections at one time whose request is not read yet.
+const MOST_STRANGERS: usize = 16;
 /// After a connection that could not be accepted.
 const PAUSE: Duration = Duration::from_millis(50);
 /// A page that has not asked for so long is closed.
@@ -33,6 +40,7 @@ struct Shared {
     key: String,
     is_stopping: AtomicBool,
     connections: AtomicUsize,
+    strangers: Mutex<Strangers>,
     asked: Mutex<Asked>,
 }
 
@@ -60,6 +68,7 @@ impl Server {
             key,
             is_stopping: AtomicBool::new(false),
             connections: AtomicUsize::new(0),
+            strangers: Mutex::default(),
             asked: Mutex::default(),
         });
         let own = Arc::clone(&shared);
@@ -104,18 +113,44 @@ fn key() -> io::Result<String> {
     Ok(format!("/{:032x}", u128::from_ne_bytes(bytes)))
 }
 
-/// Counts a connection as long as it lives.
-struct Ticket(Arc<Shared>);
+/// Connections that have not shown the key yet, those that have waited longest first.
+#[derive(Debug, Default)]
+struct Strangers {
+    last: u64,
+    waiting: VecDeque<(u64, TcpStream)>,
+}
 
-impl Ticket {
+impl Strangers {
+    /// Takes one more, and closes the one that has waited longest if there are too many; by which number it is known.
+    fn take(&mut self, stream: &TcpStream) -> io::Result<u64> {
+        self.last += 1;
+        self.waiting.push_back((self.last, stream.try_clone()?));
+        if self.waiting.len() > MOST_STRANGERS
+            && let Some((_, longest)) = self.waiting.pop_front()
+        {
+            // whoever reads from it meets its end
+            let _ = longest.shutdown(Shutdown::Both);
+        }
+        Ok(self.last)
+    }
+
+    fn leave(&mut self, number: u64) {
+        self.waiting.retain(|(known, _)| *known != number);
+    }
+}
+
+/// Counts a connection that has shown the key, as long as it lives.
+struct Ticket<'a>(&'a Shared);
+
+impl<'a> Ticket<'a> {
     /// None where there are too many.
-    fn of(shared: &Arc<Shared>) -> Option<Self> {
-        let ticket = Self(Arc::clone(shared));
+    fn of(shared: &'a Shared) -> Option<Self> {
+        let ticket = Self(shared);
         (shared.connections.fetch_add(1, Ordering::AcqRel) < MOST_CONNECTIONS).then_some(ticket)
     }
 }
 
-impl Drop for Ticket {
+impl Drop for Ticket<'_> {
     fn drop(&mut self) {
         self.0.connections.fetch_sub(1, Ordering::AcqRel);
     }
@@ -123,38 +158,47 @@ impl Drop for Ticket {
 
 fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
     while !shared.is_stopping.load(Ordering::Acquire) {
-        let Ok((mut stream, _)) = listener.accept() else {
-            // a client that gave up, or no file left: both pass
+        let taken = listener.accept().and_then(|(stream, _)| {
+            let number = shared.strangers().take(&stream)?;
+            let own = Arc::clone(shared);
+            let serve = move || {
+                own.serve(stream, number);
+                own.strangers().leave(number);
+            };
+            let spawned = thread::Builder::new().name("view-answer".to_owned()).spawn(serve);
+            // without a thread the connection is closed, and the page asks again
+            spawned.map(|_| ()).inspect_err(|_| shared.strangers().leave(number))
+        });
+        if taken.is_err() {
+            // a client that gave up, or no file or thread left: all of them pass
             thread::sleep(PAUSE);
-            continue;
-        };
-        match Ticket::of(shared) {
-            Some(ticket) => {
-                let serve = move || serve(stream, &ticket.0);
-                // without a thread the connection is closed, and the page asks again
-                let _ = thread::Builder::new().name("view-answer".to_owned()).spawn(serve);
-            }
-            None => {
-                let full = Response::refusal("503 Service Unavailable", "too many connections");
-                // short enough for the system's own buffer, so that nobody is waited for
-                let _ = full.write(&mut stream, false);
-            }
         }
     }
 }
 
-fn serve(mut stream: TcpStream, shared: &Shared) {
-    let (is_head, response) = match http::read(&mut stream, &shared.hosts, &shared.key) {
-        Ok(request) => (request.is_head, shared.answer(&request)),
-        Err(Some(refusal)) => (false, refusal),
-        Err(None) => return,
-    };
-    if response.write(&mut stream, is_head).is_ok() {
-        http::close(&mut stream);
-    }
-}
-
 impl Shared {
+    fn strangers(&self) -> MutexGuard<'_, Strangers> {
+        self.strangers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Answers a connection, which is known by a number among the strangers.
+    fn serve(&self, mut stream: TcpStream, number: u64) {
+        let asked = http::read(&mut stream, &self.hosts, &self.key);
+        let ticket = asked.is_ok().then(|| {
+            self.strangers().leave(number);
+            Ticket::of(self)
+        });
+        let (is_head, response) = match (asked, &ticket) {
+            (Ok(_), Some(None)) => (false, Response::refusal("503 Service Unavailable", "too many connections")),
+            (Ok(request), _) => (request.is_head, self.answer(&request)),
+            (Err(Some(refusal)), _) => (false, refusal),
+            (Err(None), _) => return,
+        };
+        if response.write(&mut stream, is_head).is_ok() {
+            http::close(&mut stream);
+        }
+    }
+
     /// The fixed parts of the page, and what they ask for. No file has its name from a request.
     fn answer(&self, request: &Request) -> Response {
         const HTML: &str = "text/html; charset=utf-8";
