@@ -121,6 +121,8 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
     input.addition("what there is in other codes", "[[contact]]\nfriction = 0.2\n", &[], 2, "deck.toml:27:3");
     let path = "[material.steel]\n[path]\nsteps = 10\n";
     input.answer("deck of a material point", path, b"", &[], 2, "estar point");
+    let long = "n".repeat(70_000);
+    input.deck("name that is too long", &[("[material.rubber]", &format!("[material.{long}]"))], "up to 255 are read");
     input.deck("no TOML", &[("end = \"20 ms\"", "end = 20 ms")], "deck.toml:22");
     let curve = "[[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\nquantity = \"displacement\"\ncurve = [[0, 0], [2, 1], [1, 1]]\n";
     input.addition("curve that does not increase", curve, &[], 2, "deck.toml:31:26");
@@ -164,6 +166,12 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
         "counts that lie",
         &[("1 27 1 27 \n3 1 0 27 ", "1 99999999999999 1 27 \n3 1 0 99999999999999 ")],
         "box.msh:",
+    );
+    input.mesh("name that is too long", &[("3 1 \"box\"", &format!("3 1 \"{long}\""))], "up to 255 are read");
+    input.mesh(
+        "name that turns the direction of writing",
+        &[("3 1 \"box\"", "3 1 \"b\u{202e}x\"")],
+        "direction of writing",
     );
     input.mesh("number used twice", &[("2 2 3 6 5 11 12 15 14", "1 2 3 6 5 11 12 15 14")], "element number 1");
 
@@ -270,6 +278,13 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
         let said = input.workshop.estar(&["run", "deck.toml", "--resume"]);
         input.enter(what, &said, 4, reason);
     }
+    fs::write(&path, bytes).unwrap();
+    fs::write(input.workshop.path("deck/history.csv"), "time,step\n").unwrap();
+    let said = input.workshop.estar(&["run", "deck.toml", "--resume"]);
+    input.enter("history of another run", &said, 4, "its columns are not those of this run");
+    if cfg!(unix) {
+        a_link_in_the_way(&mut input);
+    }
 
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/bad-input.md");
     if std::env::var_os("ESTAR_UPDATE_DOCS").is_some() {
@@ -281,3 +296,14 @@ fn every_class_of_bad_input_is_answered_as_the_page_shows() {
         "docs/bad-input.md is stale: ESTAR_UPDATE_DOCS=1 cargo test --release --test bad_input"
     );
 }
+
+#[cfg(unix)]
+fn a_link_in_the_way(input: &mut Input) {
+    fs::create_dir(input.workshop.path("theirs")).unwrap();
+    std::os::unix::fs::symlink("../deck.toml", input.workshop.path("theirs/history.csv")).unwrap();
+    let said = input.workshop.estar(&["run", "deck.toml", "--output", "theirs"]);
+    input.enter("link where results are to be written", &said, 4, "a link is in its place");
+}
+
+#[cfg(not(unix))]
+fn a_link_in_the_way(_: &mut Input) {}

@@ -842,7 +842,150 @@ fn a_time_that_could_never_reach_the_end_is_refused() {
 fn a_title_stays_on_its_line_and_cannot_steer_the_terminal() {
     let said = Workshop::new().run("", &["--set", r#"title="one\n\u001b[31mtwo""#]);
     said.assert(0, &[]);
-    assert!(said.text.contains("one  [31mtwo\n"), "{}", said.text);
+    assert!(said.text.contains("one \u{fffd}[31mtwo\n"), "{}", said.text);
+}
+
+/// What a terminal obeys, and what turns the direction of writing.
+const STEERING: &str = "\u{1b}]0;x\u{7}\u{1b}[2J\u{9b}31m\u{202e}\u{2066}\u{200f}\u{61c}";
+
+#[test]
+fn no_text_of_a_file_or_of_the_command_line_steers_the_terminal() {
+    let workshop = Workshop::new();
+    let escaped: String = STEERING.chars().map(|sign| format!("\\u{:04x}", u32::from(sign))).collect();
+    let case = format!(
+        "[[case]]\nname = \"a\"\nabout = \"{escaped}\"\ndeck = \"{escaped}.toml\"\ncost = 1.0\n\
+         check = [{{ quantity = \"time\", value = 1.0, tolerance = 1.0, source = \"{escaped}\" }}]\n"
+    );
+    workshop.write("cases.toml", &case);
+    workshop.write("wrong.toml", &case.replace("cost", &format!("\"{escaped}\"")));
+    workshop.write("raw.toml", &format!("title = '{STEERING}'\n"));
+    workshop.write("deck.toml", &DECK.replace("A box flies", &escaped));
+    let mesh = workshop.read_bytes("box.msh");
+    let named = String::from_utf8_lossy(&mesh).find("\"box\"").unwrap();
+    let evil = [&mesh[..named + 1], STEERING.as_bytes(), &mesh[named + 4..]].concat();
+    fs::write(workshop.path("evil.msh"), evil).unwrap();
+    let set = format!("title=\"{escaped}\"");
+    let unknown = format!("\"{escaped}\"=1");
+    let raw = format!("a.{STEERING}=1");
+    let file = format!("mesh.file=\"{escaped}\"");
+    let group = format!("part.0.group=\"{escaped}\"");
+    for arguments in [
+        &["verify", "--list", "--cases", "cases.toml"][..],
+        &["verify", "--cases", "cases.toml", "--output", "out"],
+        &["verify", "--list", "--cases", "wrong.toml"],
+        &["verify", "--case", STEERING],
+        &["run", "deck.toml", "--force"],
+        &["run", "deck.toml", "--force", "--set", &set],
+        &["run", "deck.toml", "--force", "--set", &unknown],
+        &["run", "deck.toml", "--force", "--set", &raw],
+        &["run", "deck.toml", "--force", "--set", &file],
+        &["run", "deck.toml", "--force", "--set", &group],
+        &["check", "deck.toml", "--json", "--set", &group],
+        &["check", "raw.toml"],
+        &["check", "raw.toml", "--json"],
+        &["run", STEERING],
+        &["run", "deck.toml", "--threads", STEERING],
+        &["run", "deck.toml", "--force", "--output", STEERING],
+        &["mesh", "info", "evil.msh"],
+        &["mesh", "info", STEERING],
+        &["mesh", "box", "--output", STEERING],
+        &["convert", STEERING],
+        &["plot", STEERING],
+        &["plot", "deck", "--field", STEERING],
+        &["view", STEERING],
+        &["example", STEERING],
+        &[STEERING],
+    ] {
+        let said = workshop.estar(arguments);
+        for text in [&said.text, &said.errors] {
+            assert_eq!(estar_io::visible(text), text.as_str(), "{arguments:?}");
+        }
+        assert!(!said.errors.contains("panicked"), "{}", said.errors);
+    }
+    let log = workshop.read("deck/estar.log");
+    assert_eq!(estar_io::visible(&log), log);
+    // programs that read JSON have the text as it is
+    let said = workshop.estar(&["check", "deck.toml", "--json", "--set", &group]);
+    let report: serde_json::Value = serde_json::from_str(&said.text).unwrap();
+    let message = report["findings"][0]["message"].as_str().unwrap();
+    assert!(message.contains(STEERING), "{message}");
+}
+
+#[test]
+fn names_have_a_longest_and_none_panics() {
+    let workshop = Workshop::new();
+    let mesh = workshop.read_bytes("box.msh");
+    let named = String::from_utf8_lossy(&mesh).find("\"x_min\"").unwrap();
+    for length in [255, 256, 65_535, 65_536, 100_000, 3_000_000] {
+        let long = "n".repeat(length);
+        let is_good = length <= 255;
+        let code = if is_good { 0 } else { 2 };
+        let told: &[&str] = if is_good { &[] } else { &["up to 255 are read"] };
+        fs::write(workshop.path("long.msh"), [&mesh[..named + 1], long.as_bytes(), &mesh[named + 6..]].concat())
+            .unwrap();
+        workshop.estar(&["mesh", "info", "long.msh"]).assert(code, told);
+        let probe = format!(
+            "[[probe]]\nname = \"{long}\"\nkind = \"extent\"\ngroup = \"box\"\naxis = \"x\"\n\
+             [[expect]]\nprobe = \"{long}\"\nvalue = 1.0\ntolerance = 1e-6\n"
+        );
+        let said = workshop.run(&probe, &[]);
+        said.assert(code, told);
+        assert!(said.errors.len() + said.text.len() < 40_000, "{}", said.errors.len());
+        let material = DECK.replace("rubber", &long);
+        workshop.run_deck(&material, &[]).assert(code, told);
+        let group = DECK.replace("group = \"box\"", &format!("group = \"{long}\""));
+        let said = workshop.run_deck(&group, &[]);
+        said.assert(2, if is_good { &["has no group"] } else { told });
+        // words where a choice, a key, a unit or a title is expected
+        for deck in [
+            DECK.replace("\"elastic\"", &format!("\"{long}\"")),
+            DECK.replace("density", &long),
+            DECK.replace("100 MPa", &format!("100 {long}")),
+            DECK.replace("box.msh", &long),
+        ] {
+            let said = workshop.run_deck(&deck, &[]);
+            assert!(matches!(said.code, 2 | 4) && !said.errors.contains("panicked"), "{}", said.errors);
+            assert!(said.errors.len() < 60_000, "{}", said.errors.len());
+        }
+        workshop.run_deck(&DECK.replace("A box flies", &long), &["--quiet"]).assert(0, &[]);
+        assert!(workshop.read("deck/estar.log").len() < 10_000);
+    }
+}
+
+#[test]
+fn absurd_schedules_do_what_the_check_says() {
+    let workshop = Workshop::new();
+    workshop.write("deck.toml", DECK);
+    let without = DECK.replace("frames = 4\nhistory_steps = 2\n", "");
+    workshop.write("deck.toml", &without);
+    for (key, is_of_frames) in [
+        ("history='1e-300 s'", false),
+        ("history=5e-324", false),
+        ("history='1e300 s'", false),
+        ("history_steps=9223372036854775807", false),
+        ("every='1e-300 s'", true),
+        ("every=1e300", true),
+        ("frames=4000000000", true),
+        ("frames=9223372036854775807", true),
+    ] {
+        let set = format!("output.{key}");
+        let said = workshop.estar(&["check", "deck.toml", "--json", "--set", &set]);
+        said.assert(0, &[]);
+        let report: serde_json::Value = serde_json::from_str(&said.text).unwrap();
+        workshop.estar(&["run", "deck.toml", "--force", "--quiet", "--set", &set]).assert(0, &[]);
+        let steps = workshop.summary()["steps"].as_u64().unwrap();
+        let often = steps + 1;
+        let rows = workshop.read("deck/history.csv").lines().count() as u64 - 1;
+        let frames = workshop.summary()["frames"].as_u64().unwrap();
+        let expected = if key.contains("e300") || key.contains("history_steps") { 2 } else { often };
+        let found = if is_of_frames { frames } else { rows };
+        assert_eq!(found, expected, "{key}: {steps} steps");
+        if is_of_frames {
+            // steps that grow or shrink on the way are not foreseen
+            let told = report["frames_expected"].as_f64().unwrap();
+            assert!((told - found as f64).abs() <= 2.0, "{key}: {told} told, {found} found");
+        }
+    }
 }
 
 #[test]

@@ -312,6 +312,76 @@ fn hostile_requests_neither_stop_the_page_nor_fill_the_memory() {
     assert_eq!(viewer.state()["status"], "finished");
 }
 
+/// Whoever has an account on this machine can connect.
+#[test]
+fn connections_without_the_key_keep_nobody_out() {
+    let workshop = Workshop::new();
+    run_box(&workshop);
+    let viewer = Viewer::of(&workshop, "deck");
+    let port = viewer.port;
+    let come = |count: usize| -> Vec<TcpStream> {
+        let strangers = (0..count).filter_map(|_| TcpStream::connect((Ipv4Addr::LOCALHOST, port)).ok());
+        let mut strangers: Vec<TcpStream> = strangers.collect();
+        for (number, stranger) in strangers.iter_mut().enumerate() {
+            // some say nothing, some begin a request, some ask without the key and do not read the answer
+            let said = ["", "GET /0 HTTP/1.1\r\nX: ", "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"][number % 3];
+            let _ = stranger.write_all(said.as_bytes());
+        }
+        strangers
+    };
+    let mut strangers = come(300);
+    for _ in 0..20 {
+        let begin = Instant::now();
+        assert_eq!(viewer.state()["status"], "finished");
+        // not the five seconds that a request may take
+        assert!(begin.elapsed() < Duration::from_secs(2), "{:?}", begin.elapsed());
+        strangers.extend(come(40));
+    }
+    // one who knows the key and is slow to read keeps its place
+    let mut slow = connect(port);
+    let request = format!("GET {}/surface HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n", viewer.key);
+    slow.write_all(request.as_bytes()).unwrap();
+    strangers.extend(come(100));
+    std::thread::sleep(Duration::from_millis(500));
+    let mut answer = Vec::new();
+    slow.read_to_end(&mut answer).unwrap();
+    assert_eq!(Answer::of(&answer).status, 200);
+}
+
+#[test]
+fn a_page_of_a_strangers_results_shows_nothing_that_steers_and_waits_for_no_pipe() {
+    let workshop = Workshop::new();
+    run_box(&workshop);
+    let probes: String = (0..400).map(|probe| format!(",p{probe}")).collect();
+    let row: String = (0..400).map(|probe| format!(",{probe}")).collect();
+    workshop.write("deck/history.csv", &format!("time,kinetic_energy{probes}\n0,1{row}\n"));
+    let log = workshop.read("deck/estar.log");
+    workshop.write("deck/estar.log", &log.replace("A box", "A \u{202e}\u{1b}[2J box"));
+    let summary = workshop.read("deck/summary.json");
+    workshop.write("deck/summary.json", &summary.replace("A box", "A \\u202e\\u001b[2J box"));
+    let viewer = Viewer::of(&workshop, "deck");
+    assert_eq!(viewer.get("/history.json").json()["panels"].as_array().unwrap().len(), 101);
+    let state = viewer.state();
+    let notes = state["notes"].to_string();
+    assert!(notes.contains("400 probes, of which this page shows the first 100"), "{notes}");
+    assert!(state["title"].as_str().unwrap().starts_with("A \u{fffd}\u{fffd}[2J box"), "{}", state["title"]);
+    let told = viewer.get("/state.json").text();
+    for hidden in ["\u{202e}", "\u{1b}", "u202e", "u001b"] {
+        assert!(!told.contains(hidden), "{hidden:?}");
+    }
+    if cfg!(unix) {
+        for name in ["history.csv", "summary.json", "run.jsonl", "estar.log", "results.pvd", "estar.lock"] {
+            let path = workshop.path("deck").join(name);
+            std::fs::remove_file(&path).unwrap();
+            assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
+            let begin = Instant::now();
+            viewer.state();
+            viewer.get("/history.json").json();
+            assert!(begin.elapsed() < Duration::from_secs(2), "{name}");
+        }
+    }
+}
+
 #[test]
 fn what_is_not_there_yet_or_cut_short_is_waited_for() {
     let workshop = Workshop::new();

@@ -1,6 +1,6 @@
 //! `estar check`: a dry run that says what a run would be and would cost.
 
-use crate::console::{is_coloured, print, tell};
+use crate::console::{is_coloured, print, print_json, tell_rendered};
 use crate::diagnostics::Finding;
 use crate::failure::Failure;
 use crate::fields::Field;
@@ -122,11 +122,6 @@ fn findings_of(error: &LoadError) -> Vec<Finding> {
     }
 }
 
-fn print_json(report: &Report) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(report).map_err(|error| Failure::File(format!("error: {error}")))?;
-    print(&text)
-}
-
 fn forecast(problem: &mut Problem, options: &CheckOptions, lanes: LaneLevel) -> Result<(), Failure> {
     let memory_left_bytes = memory::available().map(|left| left as f64);
     let mut simulation = setup::simulation(problem, lanes).inspect_err(|failure| {
@@ -176,7 +171,7 @@ fn forecast(problem: &mut Problem, options: &CheckOptions, lanes: LaneLevel) -> 
         let report = Report { is_good: true, findings: problem.findings.data(), forecast: Some(forecast) };
         return print_json(&report);
     }
-    tell(&problem.findings.render(is_coloured()));
+    tell_rendered(&problem.findings.render(is_coloured()));
     print(&format!("{introduction}\n{}", in_words(problem, &forecast)))
 }
 

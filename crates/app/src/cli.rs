@@ -2,7 +2,7 @@
 
 use crate::bench::{BenchOptions, bench};
 use crate::check::{CheckOptions, check};
-use crate::console::{print, tell};
+use crate::console::{print, print_json, tell, tell_failure};
 use crate::deck::json_schema;
 use crate::example::{self, ExampleArguments};
 use crate::failure::Failure;
@@ -205,13 +205,30 @@ fn element_count(text: &str) -> Result<usize, String> {
 /// The program: reads the command line, does what it says, and returns the exit status. The notices are of what others wrote of it.
 pub fn main(notices: &str) -> ExitCode {
     survive_file_size_limit();
-    match execute(Cli::parse().command, notices) {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
+    match execute(cli.command, notices) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            tell(&format!("{}\n", failure.to_string().trim_end()));
+            tell_failure(&failure);
             ExitCode::from(failure.exit_code())
         }
     }
+}
+
+/// Tells what is wrong with the command line, or the help that it asks for. An argument that would steer the terminal is shown
+/// without, and the message then without colours.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let plain = error.to_string();
+    if estar_io::visible(&plain) == plain {
+        // nobody is left to tell that this could not be told
+        let _ = error.print();
+    } else {
+        tell(&plain);
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 fn execute(command: Command, notices: &str) -> Result<(), Failure> {
@@ -296,5 +313,5 @@ fn write_manual(command: &clap::Command, name: &str, pages: &mut String) -> Resu
 }
 
 fn print_schema(schema: &serde_json::Value) -> Result<(), Failure> {
-    print(&format!("{schema:#}"))
+    print_json(schema)
 }

@@ -1,7 +1,9 @@
 //! Messages about input: what is wrong, where it stands in the source, and what would be right.
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use estar_io::{LONGEST_NAME, one_line, visible};
 use serde::Serialize;
+use std::fmt;
 use std::ops::Range;
 
 /// A piece of text of one source.
@@ -87,7 +89,7 @@ pub struct Diagnostic {
 impl Diagnostic {
     /// An error.
     pub fn error(message: impl Into<String>) -> Self {
-        Self { severity: Severity::Error, message: message.into(), labels: Vec::new(), help: Vec::new() }
+        Self { severity: Severity::Error, message: bounded(message.into()), labels: Vec::new(), help: Vec::new() }
     }
 
     /// A warning.
@@ -98,14 +100,14 @@ impl Diagnostic {
     /// Underlines a span; the first one is where the fault is, others are what it contradicts.
     #[must_use]
     pub fn at(mut self, span: Span, label: impl Into<String>) -> Self {
-        self.labels.push((span, label.into()));
+        self.labels.push((span, bounded(label.into())));
         self
     }
 
     /// Adds what would be right.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help.push(help.into());
+        self.help.push(bounded(help.into()));
         self
     }
 
@@ -152,10 +154,10 @@ impl Diagnostic {
             shown.push(span.source);
             let Some(source) = sources.texts.get(span.source) else { continue };
             let annotations = self.labels.iter().enumerate().filter(|(_, (s, _))| s.source == span.source);
-            let snippet = Snippet::source(&source.text).path(&source.name).annotations(annotations.map(
+            let snippet = Snippet::source(&source.text).path(one_line(&source.name)).annotations(annotations.map(
                 |(index, (span, label))| {
                     let kind = if index == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
-                    kind.span(visible(&source.text, *span)).label(label)
+                    kind.span(underlined(&source.text, *span)).label(label)
                 },
             ));
             group = group.element(snippet);
@@ -164,12 +166,40 @@ impl Diagnostic {
     }
 
     fn with_help<'a>(&'a self, group: Group<'a>) -> Group<'a> {
-        group.elements(self.help.iter().map(|help| Level::HELP.message(help)))
+        // the renderer replaces what steers a terminal everywhere but here
+        group.elements(self.help.iter().map(|help| Level::HELP.message(visible(help))))
+    }
+}
+
+/// A text that is not longer than a message can be: what it quotes may be of any length.
+fn bounded(text: String) -> String {
+    const LONGEST: usize = 8000;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
+    }
+}
+
+/// Findings as a text for a terminal. Nothing in it steers the terminal but colours, if they were wanted.
+#[derive(Clone, Debug, Default)]
+pub struct Rendered(String);
+
+impl Rendered {
+    /// What the renderer made, where the only escapes are those of its colours.
+    fn of(text: &str) -> Self {
+        const ESCAPE: &str = "\u{1b}";
+        Self(text.split(ESCAPE).map(visible).collect::<Vec<_>>().join(ESCAPE))
+    }
+}
+
+impl fmt::Display for Rendered {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.0)
     }
 }
 
 /// The part of a span that is worth underlining: on one line, on character boundaries.
-fn visible(text: &str, span: Span) -> Range<usize> {
+fn underlined(text: &str, span: Span) -> Range<usize> {
     let boundary = |mut index: usize| {
         index = index.min(text.len());
         while !text.is_char_boundary(index) {
@@ -221,7 +251,7 @@ impl Diagnostics {
     }
 
     /// All findings as a text for a terminal, coloured or plain.
-    pub fn render(&self, sources: &Sources, coloured: bool) -> String {
+    pub fn render(&self, sources: &Sources, coloured: bool) -> Rendered {
         let renderer = if coloured { Renderer::styled() } else { Renderer::plain() };
         let sorted = self.sorted();
         let mut text = String::new();
@@ -237,7 +267,7 @@ impl Diagnostics {
         if errors > 0 {
             text.push_str(&format!("{errors} error{} in the input\n", if errors == 1 { "" } else { "s" }));
         }
-        text
+        Rendered::of(&text)
     }
 }
 
@@ -276,7 +306,7 @@ impl Finding {
 
 impl Findings {
     /// All of them as text.
-    pub fn render(&self, coloured: bool) -> String {
+    pub fn render(&self, coloured: bool) -> Rendered {
         self.diagnostics.render(&self.sources, coloured)
     }
 
@@ -302,10 +332,14 @@ impl Findings {
 
 /// The candidate most like `name`, if one is close enough to have been meant.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // the comparison takes the product of the lengths
+    let is_name = |name: &&str| name.len() <= 4 * LONGEST_NAME;
+    let candidates = candidates.into_iter().filter(is_name);
+    Some(name).filter(is_name)?;
     let folded = |text: &str| text.to_lowercase().replace(['-', ' '], "_");
     let wanted = folded(name);
     let distance = |candidate: &str| strsim::damerau_levenshtein(&wanted, &folded(candidate));
-    let (distance, best) = candidates.into_iter().map(|candidate| (distance(candidate), candidate)).min()?;
+    let (distance, best) = candidates.map(|candidate| (distance(candidate), candidate)).min()?;
     (distance <= (wanted.chars().count() / 3).max(1)).then_some(best)
 }
 
@@ -313,7 +347,7 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     const MOST_LISTED: usize = 30;
     let mut names = names.into_iter();
-    let quoted: Vec<_> = names.by_ref().take(MOST_LISTED).map(|name| format!("`{name}`")).collect();
+    let quoted: Vec<_> = names.by_ref().take(MOST_LISTED).map(|name| format!("`{}`", one_line(name))).collect();
     let more = match names.count() {
         0 => String::new(),
         count => format!(", and {count} more"),
@@ -343,7 +377,7 @@ mod tests {
         let start = text.find("\"x\"").unwrap();
         let mut diagnostics = Diagnostics::default();
         diagnostics.push(Diagnostic::error("not a number").at(Span::new(id, start..start + 3), "text").help("write 2"));
-        let rendered = diagnostics.render(&sources, false);
+        let rendered = diagnostics.render(&sources, false).to_string();
         assert!(rendered.contains("deck.toml:2:"), "{rendered}");
         assert!(rendered.contains("^^^ text"), "{rendered}");
         assert!(rendered.contains("help: write 2"), "{rendered}");
@@ -357,6 +391,41 @@ mod tests {
         for range in [0..0, 1..1, 1..2, 0..9, 7..9] {
             diagnostics.push(Diagnostic::error("fault").at(Span::new(id, range), "here"));
         }
-        assert!(diagnostics.render(&sources, false).contains("5 errors"));
+        assert!(diagnostics.render(&sources, false).to_string().contains("5 errors"));
+    }
+
+    #[test]
+    fn nothing_steers_the_terminal_but_colours() {
+        let mut sources = Sources::default();
+        let hidden = "\u{1b}]0;x\u{7}\u{9b}2J\u{202e}\u{200f}\u{61c}";
+        let text = format!("a = \"{hidden}\"\n");
+        let id = sources.add(format!("deck{hidden}.toml"), &text);
+        let mut diagnostics = Diagnostics::default();
+        let diagnostic = Diagnostic::error(hidden).at(Span::new(id, 4..text.len() - 1), hidden).help(hidden);
+        diagnostics.push(diagnostic);
+        let plain = diagnostics.render(&sources, false).to_string();
+        assert_eq!(visible(&plain), plain);
+        let coloured = diagnostics.render(&sources, true).to_string();
+        for (index, piece) in coloured.split('\u{1b}').enumerate() {
+            let (colour, rest) = if index == 0 { ("", piece) } else { piece.split_once('m').unwrap() };
+            assert!(colour.bytes().all(|byte| byte.is_ascii_digit() || b"[;".contains(&byte)), "{colour:?}");
+            assert_eq!(visible(rest), rest);
+        }
+    }
+
+    #[test]
+    fn texts_of_any_length_are_told_in_a_few_lines() {
+        let mut sources = Sources::default();
+        let long = "n".repeat(200_000);
+        let text = format!("a = \"{long}\" b\n");
+        let id = sources.add("deck.toml", &text);
+        let mut diagnostics = Diagnostics::default();
+        for range in [4..text.len() - 3, text.len() - 2..text.len() - 1] {
+            diagnostics.push(Diagnostic::error(&long).at(Span::new(id, range), &long).help(&long));
+        }
+        for coloured in [false, true] {
+            assert!(diagnostics.render(&sources, coloured).to_string().len() < 60_000);
+        }
+        assert_eq!(nearest(&long, ["density"]), None);
     }
 }

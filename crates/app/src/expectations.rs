@@ -4,6 +4,7 @@ use crate::deck::Deck;
 use crate::deck::probe::When;
 use crate::deck::units::Dimension;
 use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::format::column_width;
 use serde::Serialize;
 
 /// A value that a probe must have.
@@ -63,7 +64,7 @@ impl Expectation {
 
 /// A table of what was asked and what came out.
 pub fn table(outcomes: &[Outcome]) -> String {
-    let width = outcomes.iter().map(|outcome| outcome.probe.chars().count()).max().unwrap_or(0).max(5);
+    let width = column_width(outcomes.iter().map(|outcome| outcome.probe.as_str())).max(5);
     let mut text = format!(
         "{:width$}  {:>12}  {:>14}  {:>14}  {:>12}  {:>9}\n",
         "probe", "time, s", "expected", "found", "tolerance", ""

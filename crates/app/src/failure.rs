@@ -1,6 +1,7 @@
 //! How a command can end other than well, and the exit status that says so.
 
 use crate::deck::source::TextError;
+use crate::diagnostics::Rendered;
 
 /// Why a command did not do what it was asked to.
 #[derive(Debug, thiserror::Error)]
@@ -8,6 +9,14 @@ pub enum Failure {
     /// Deck, mesh or command line are wrong.
     #[error("{0}")]
     Input(String),
+    /// Deck or mesh are wrong, as findings with their places.
+    #[error("{rendered}")]
+    Findings {
+        /// The findings.
+        rendered: Rendered,
+        /// Whether the only fault is a file that cannot be read.
+        is_unreadable_file: bool,
+    },
     /// The simulation failed.
     #[error("{0}")]
     Simulation(String),
@@ -33,9 +42,9 @@ impl Failure {
     /// The exit status of the program.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Input(_) => 2,
+            Self::Input(_) | Self::Findings { is_unreadable_file: false, .. } => 2,
             Self::Simulation(_) => 3,
-            Self::File(_) => 4,
+            Self::File(_) | Self::Findings { is_unreadable_file: true, .. } => 4,
             Self::Expectation(_) => 5,
             Self::Interrupted(_) => 130,
         }

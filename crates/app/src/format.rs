@@ -74,6 +74,12 @@ pub fn elements(mesh: &estar_mesh::Mesh, number: impl Fn(usize) -> String) -> St
     mesh.elements().counts().map(of_shape).collect::<Vec<_>>().join(", ")
 }
 
+/// Characters of a column of names, in which a name that is longer than most stands out.
+pub fn column_width<'a>(names: impl IntoIterator<Item = &'a str>) -> usize {
+    const WIDEST: usize = 40;
+    names.into_iter().map(|name| name.chars().count()).max().unwrap_or(0).min(WIDEST)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

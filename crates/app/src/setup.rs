@@ -109,8 +109,7 @@ impl LoadError {
         match self {
             Self::Deck(error) => error.into(),
             Self::Faults { findings, is_unreadable_file } => {
-                let text = findings.render(coloured);
-                if is_unreadable_file { Failure::File(text) } else { Failure::Input(text) }
+                Failure::Findings { rendered: findings.render(coloured), is_unreadable_file }
             }
         }
     }

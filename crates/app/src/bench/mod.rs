@@ -9,7 +9,7 @@ mod report;
 pub mod single_hex;
 pub mod taylor_bar;
 
-use crate::console::{print, tell};
+use crate::console::{print, print_json, tell};
 use crate::deck::model::element_name;
 use crate::failure::Failure;
 use crate::format::count;
@@ -73,8 +73,7 @@ pub fn bench(options: &BenchOptions) -> Result<(), Failure> {
     pools.extend((all_threads.current_num_threads() > 1).then_some(all_threads));
     let report = Bench { options, pools, begun: Instant::now() }.report()?;
     if options.json {
-        let text = serde_json::to_string_pretty(&report).map_err(|error| Failure::File(format!("error: {error}")))?;
-        return print(&text);
+        return print_json(&report);
     }
     print(&report.in_words())
 }

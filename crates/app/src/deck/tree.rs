@@ -223,7 +223,7 @@ mod tests {
         for argument in arguments {
             apply_override(&mut tree, argument, &mut sources, &mut diagnostics);
         }
-        (tree, diagnostics.render(&sources, false))
+        (tree, diagnostics.render(&sources, false).to_string())
     }
 
     fn text_at<'a>(node: &'a Node, path: &[&str]) -> Option<&'a str> {

@@ -6,6 +6,7 @@ use super::schema::{Interval, QuantitySchema, Schema};
 use super::tree::{Node, Value};
 use super::units::{self, Dimension, Measured, UnitError};
 use crate::diagnostics::{Diagnostic, Span};
+use estar_io::{LONGEST_NAME, steers};
 use estar_mesh::{Group, Mesh, Wanted};
 use estar_solver::{Curve, CurveError, Interpolation};
 use std::marker::PhantomData;
@@ -473,13 +474,25 @@ impl<T: FromDeck> FromDeck for Vec<T> {
 
 /// What a name must be to stand in messages, in ledgers and at the head of a column.
 pub fn checked_name(name: &str, span: Span, what: Named, decoder: &mut Decoder) -> Option<()> {
-    if !name.trim().is_empty() && !name.chars().any(|c| c.is_control() || matches!(c, ',' | '"' | ';')) {
+    checked_length(name, span, &what.to_string(), decoder)?;
+    if !name.trim().is_empty() && !name.chars().any(|c| steers(c) || matches!(c, ',' | '"' | ';')) {
         return Some(());
     }
     let message = format!("a {what} cannot be named {name:?}");
     let help = "a name has at least one character to be seen, and none of these: comma, semicolon, quote, control \
-                character such as a line break";
+                character such as a line break, mark of the direction of writing";
     decoder.report(Diagnostic::error(message).at(span, "this name").help(help));
+    None
+}
+
+/// Reports a name that is longer than any that is read from a mesh, or shown.
+fn checked_length(name: &str, span: Span, what: &str, decoder: &mut Decoder) -> Option<()> {
+    let length = name.chars().count();
+    if length <= LONGEST_NAME {
+        return Some(());
+    }
+    let message = format!("the name of a {what} has {length} characters, where up to {LONGEST_NAME} are read");
+    decoder.report(Diagnostic::error(message).at(span, "this name").help("take a shorter one"));
     None
 }
 
@@ -523,6 +536,7 @@ impl FromDeck for MaterialName {
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
         let name = At::<String>::decode(node, decoder)?;
+        checked_length(&name.value, name.span, "material", decoder)?;
         decoder.mentions.push(Mention { of: Named::Material, name: name.clone() });
         Some(Self(name))
     }
@@ -573,6 +587,7 @@ impl FromDeck for WallName {
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
         let name = At::<String>::decode(node, decoder)?;
+        checked_length(&name.value, name.span, "rigid wall", decoder)?;
         decoder.mentions.push(Mention { of: Named::Wall, name: name.clone() });
         Some(Self(name))
     }
@@ -589,6 +604,7 @@ impl FromDeck for ProbeName {
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
         let name = At::<String>::decode(node, decoder)?;
+        checked_length(&name.value, name.span, "probe", decoder)?;
         decoder.mentions.push(Mention { of: Named::Probe, name: name.clone() });
         Some(Self(name))
     }
@@ -672,6 +688,7 @@ impl<K: OfGroup> FromDeck for GroupName<K> {
 
     fn decode(node: &Node, decoder: &mut Decoder) -> Option<Self> {
         let name = At::<String>::decode(node, decoder)?;
+        checked_length(&name.value, name.span, "group", decoder)?;
         decoder.groups.push(GroupMention { name: name.clone(), wanted: K::WANTED });
         Some(Self { name, wanted: PhantomData })
     }

@@ -4,7 +4,7 @@ pub mod column;
 pub mod path;
 mod plots;
 
-use crate::console::{is_coloured, print, tell};
+use crate::console::{is_coloured, print, tell, tell_rendered};
 use crate::deck::point::{PointProblem, Subject};
 use crate::deck::source::read_text;
 use crate::deck::{self, Reading};
@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::output::default_directory;
 use crate::sheets;
 use column::Column;
-use estar_io::{AtomicFile, Value, write_atomically};
+use estar_io::{AtomicFile, Value, one_line, write_atomically};
 use estar_material::point::{MaterialPoint, Observation, PathError, follow};
 use estar_material::{Consistency, Material, MaterialModel, MaterialVisitor};
 use path::Path;
@@ -41,8 +41,10 @@ pub fn point(options: &PointOptions) -> Result<(), Failure> {
     let Reading { sources, deck: problem, decoder } = deck::read_point(&options.deck, &text, &options.overrides);
     let findings = Findings { sources, diagnostics: decoder.diagnostics };
     let told = findings.render(is_coloured());
-    let Some(problem) = problem else { return Err(Failure::Input(told)) };
-    tell(&told);
+    let Some(problem) = problem else {
+        return Err(Failure::Findings { rendered: told, is_unreadable_file: false });
+    };
+    tell_rendered(&told);
 
     let journeys: Vec<Journey> = problem.subjects.iter().map(|subject| Journey::of(subject, &problem.path)).collect();
     let troubles: Vec<String> = problem.subjects.iter().zip(&journeys).filter_map(trouble).collect();
@@ -172,7 +174,7 @@ fn write_table(path: &std::path::Path, problem: &PointProblem, journeys: &[Journ
 fn account(problem: &PointProblem, journeys: &[Journey]) -> String {
     let mut text = format!("Estar {}", env!("CARGO_PKG_VERSION"));
     if !problem.title.is_empty() {
-        text.push_str(&format!(": {}", problem.title.replace(char::is_control, " ")));
+        text.push_str(&format!(": {}", one_line(&problem.title)));
     }
     text.push_str(&format!(
         "\n  {:<20} {:>10} {:>14} {:>14} {:>14} {:>10}",
