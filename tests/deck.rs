@@ -58,7 +58,7 @@ fn read(text: &str) -> Reading {
 /// What a user is told about a deck.
 fn told(text: &str) -> String {
     let reading = read(text);
-    reading.decoder.diagnostics.render(&reading.sources, false)
+    reading.decoder.diagnostics.render(&reading.sources, false).to_string()
 }
 
 /// What a user is told about the good deck after one replacement.
@@ -92,7 +92,7 @@ fn a_tool_has_a_shape_a_roughness_and_a_motion() {
     let tool = |keys: &str| read(&GOOD.replacen("normal = [0.0, 0.0, 2.0]", keys, 1));
     let of = |keys: &str| {
         let reading = tool(keys);
-        let told = reading.decoder.diagnostics.render(&reading.sources, false);
+        let told = reading.decoder.diagnostics.render(&reading.sources, false).to_string();
         (reading.deck.map(|deck| deck.rigid_wall[0].clone()), told)
     };
     let roller =
@@ -262,7 +262,7 @@ fn deck_of_the_other_kind_is_told_its_command() {
     let told = told(point);
     assert_told(&told, &["this is the deck of a material point", "run it by `estar point deck.toml`", "1 error "]);
     let reading = deck::read_point(Path::new("deck.toml"), GOOD, &[]);
-    let told = reading.decoder.diagnostics.render(&reading.sources, false);
+    let told = reading.decoder.diagnostics.render(&reading.sources, false).to_string();
     assert_told(&told, &["this is the deck of a simulation", "run it by `estar run deck.toml`", "1 error "]);
 }
 
@@ -437,7 +437,7 @@ fn overrides_are_read_like_the_deck() {
     let reading = deck::read(Path::new("deck.toml"), GOOD, &overrides);
     assert_eq!(reading.deck.unwrap().time.end.value, 1e-6);
     let reading = deck::read(Path::new("deck.toml"), GOOD, &["time.end=\"1 mm\"".to_owned()]);
-    let told = reading.decoder.diagnostics.render(&reading.sources, false);
+    let told = reading.decoder.diagnostics.render(&reading.sources, false).to_string();
     assert_told(&told, &["--set time.end=\"1 mm\":1:10", "must be a time, not a length"]);
 }
 
@@ -447,7 +447,7 @@ fn an_output_field_is_named_once() {
     let reading = read(&deck);
     let mut diagnostics = Diagnostics::default();
     output_plan(&reading.deck.unwrap(), &mut diagnostics);
-    let told = diagnostics.render(&reading.sources, false);
+    let told = diagnostics.render(&reading.sources, false).to_string();
     assert_told(&told, &["names a field twice", "the second time", "the first time", "1 error"]);
 }
 

@@ -419,7 +419,12 @@ fn no_shipped_deck_is_doubted() {
         let text = std::fs::read_to_string(&deck).unwrap();
         if !text.contains("[mesh]") {
             let reading = estar::deck::read_point(&deck, &text, &[]);
-            assert_eq!(reading.decoder.diagnostics.render(&reading.sources, false), "", "{}", deck.display());
+            assert_eq!(
+                reading.decoder.diagnostics.render(&reading.sources, false).to_string(),
+                "",
+                "{}",
+                deck.display()
+            );
             points += 1;
             continue;
         }
@@ -429,7 +434,7 @@ fn no_shipped_deck_is_doubted() {
             workshop.estar(&words).assert(0, &[]);
         }
         let problem = estar::setup::load(&deck, &[]).unwrap_or_else(|error| panic!("{}: {error:?}", deck.display()));
-        assert_eq!(problem.findings.render(false), "", "{}", deck.display());
+        assert_eq!(problem.findings.render(false).to_string(), "", "{}", deck.display());
         simulations += 1;
     }
     assert!(simulations >= 14 && points >= 9, "{simulations} {points}");

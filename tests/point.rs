@@ -258,7 +258,7 @@ y = ["T11", "S11"]
 fn told(text: &str) -> String {
     let reading = deck::read_point(Path::new("deck.toml"), text, &[]);
     assert_eq!(reading.deck.is_none(), reading.decoder.diagnostics.has_errors());
-    reading.decoder.diagnostics.render(&reading.sources, false)
+    reading.decoder.diagnostics.render(&reading.sources, false).to_string()
 }
 
 /// What a user is told about the good deck after one replacement.
@@ -356,7 +356,7 @@ fn curves_must_be_those_of_a_body_that_begins_undeformed() {
             format!("{:?}", Control::deformation_gradient(Tensor::identity())),
             "{text}"
         );
-        reading.decoder.diagnostics.render(&reading.sources, false)
+        reading.decoder.diagnostics.render(&reading.sources, false).to_string()
     };
     let parts =
         ["warning: `path.curve` begins with 3.7e-9, which is taken as 0.0, the undeformed state", "at most 0.0001"];

@@ -212,7 +212,10 @@ pub fn simulation(problem: &Problem, lanes: LaneLevel) -> Result<Simulation, Fai
         .map_err(|error| Failure::Input(trouble::of_model(&error, problem)))?;
     let jumps = constraints::jumps(problem, simulation.time_step());
     if jumps.has_errors() {
-        return Err(Failure::Input(jumps.render(&problem.findings.sources, is_coloured())));
+        return Err(Failure::Findings {
+            rendered: jumps.render(&problem.findings.sources, is_coloured()),
+            is_unreadable_file: false,
+        });
     }
     let end = simulation.end_time();
     // near the end, t + Δt must differ from t

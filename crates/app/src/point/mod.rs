@@ -4,7 +4,7 @@ pub mod column;
 pub mod path;
 mod plots;
 
-use crate::console::{is_coloured, print, tell, tell_rendered};
+use crate::console::{is_coloured, print, tell_rendered};
 use crate::deck::point::{PointProblem, Subject};
 use crate::deck::source::read_text;
 use crate::deck::{self, Reading};
