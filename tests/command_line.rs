@@ -869,6 +869,7 @@ fn no_text_of_a_file_or_of_the_command_line_steers_the_terminal() {
     let raw = format!("a.{STEERING}=1");
     let file = format!("mesh.file=\"{escaped}\"");
     let group = format!("part.0.group=\"{escaped}\"");
+    let nowhere = format!("nowhere{STEERING}");
     for arguments in [
         &["verify", "--list", "--cases", "cases.toml"][..],
         &["verify", "--cases", "cases.toml", "--output", "out"],
@@ -892,7 +893,7 @@ fn no_text_of_a_file_or_of_the_command_line_steers_the_terminal() {
         &["convert", STEERING],
         &["plot", STEERING],
         &["plot", "deck", "--field", STEERING],
-        &["view", STEERING],
+        &["view", &nowhere],
         &["example", STEERING],
         &[STEERING],
     ] {
