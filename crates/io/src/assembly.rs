@@ -60,9 +60,9 @@ impl Assembly {
         });
 
         let mut count = 0;
-        for node in 0..new.len() {
-            if new[node] != LOOSE {
-                new[node] = count;
+        for (node, new) in new.iter_mut().enumerate() {
+            if *new != LOOSE {
+                *new = count;
                 self.coordinates[count as usize] = self.coordinates[node];
                 self.node_labels[count as usize] = self.node_labels[node];
                 count += 1;

@@ -205,10 +205,9 @@ fn principal_axes(mut matrix: Matrix) -> ([f64; 6], Matrix) {
     const SWEEPS: usize = 12;
     let mut axes = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     let turn = |rows: &mut Matrix, p: usize, q: usize, [c, s]: [f64; 2]| {
-        for k in 0..6 {
-            let (a, b) = (rows[p][k], rows[q][k]);
-            (rows[p][k], rows[q][k]) = (c * a - s * b, s * a + c * b);
-        }
+        let (a, b) = (rows[p], rows[q]);
+        rows[p] = std::array::from_fn(|k| c * a[k] - s * b[k]);
+        rows[q] = std::array::from_fn(|k| s * a[k] + c * b[k]);
     };
     for (p, q) in (0..SWEEPS).flat_map(|_| (0..6).flat_map(|p| (p + 1..6).map(move |q| (p, q)))) {
         if matrix[p][q] == 0.0 {

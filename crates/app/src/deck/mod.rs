@@ -141,7 +141,7 @@ impl Kind {
             Self::Point => Self::Simulation,
         };
         let has = |key: &&str| tree.value.entry(key).is_some();
-        (other.marks().iter().all(|key| has(key)) && !self.marks().iter().any(|key| has(key))).then_some(other)
+        (other.marks().iter().all(&has) && !self.marks().iter().any(has)).then_some(other)
     }
 }
 

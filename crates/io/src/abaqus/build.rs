@@ -234,7 +234,7 @@ fn owners(is_alone: bool, instance: Option<&str>, part: &str) -> Vec<String> {
 fn label_offsets(scopes: &[Scope], placed: &[Placed]) -> Result<Vec<(u64, u64)>, Located> {
     let bodies: Vec<&Scope> =
         placed.iter().map(|body| &scopes[body.scope]).filter(|scope| scope.has_solids()).collect();
-    let nodes = step(bodies.iter().map(|scope| scope.node_labels.iter().copied().collect()).collect());
+    let nodes = step(bodies.iter().map(|scope| scope.node_labels.to_vec()).collect());
     let elements = step(
         bodies
             .iter()
