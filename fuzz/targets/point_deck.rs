@@ -2,7 +2,8 @@
 #![no_main]
 
 use estar::deck;
-use estar::point::{Journey, figure};
+use estar::plot::Figure;
+use estar::point::{Journey, panels};
 use std::path::Path;
 
 /// Longer paths are only read.
@@ -13,7 +14,7 @@ libfuzzer_sys::fuzz_target!(|text: &str| {
     let _ = reading.decoder.diagnostics.render(&reading.sources, true);
     let Some(problem) = reading.deck.filter(|problem| problem.path.times.len() <= MOST_STEPS) else { return };
     let journeys: Vec<Journey> = problem.subjects.iter().map(|subject| Journey::of(subject, &problem.path)).collect();
-    let figure = figure(&problem, &journeys);
+    let figure = Figure { title: String::new(), panels: panels(&problem, &journeys).collect() };
     if !figure.panels.is_empty() {
         assert!(!figure.drawing().svg().contains("NaN"));
     }

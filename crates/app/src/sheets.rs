@@ -46,7 +46,7 @@ pub fn write(
     Ok(count)
 }
 
-/// What says which files [`write`] has written.
+/// What says which files [`write()`] has written.
 pub fn written(directory: &Path, name: &str, count: usize) -> Vec<String> {
     let file = |number, ending| sheet(directory, name, number, ending).display().to_string();
     let first = ["svg", "png"].into_iter().take(2 * count).map(|ending| file(1, ending));

@@ -87,7 +87,7 @@ pub struct FrameLimits {
     pub numbers: u64,
 }
 
-/// None, but that of every frame: no file is unpacked into more than [`MOST_UNPACKED`] times its own bytes.
+/// None, but that of every frame: no file is unpacked into more than 64 times its own bytes.
 impl Default for FrameLimits {
     fn default() -> Self {
         Self { file: u64::MAX, numbers: u64::MAX }

@@ -4,6 +4,8 @@ pub mod column;
 pub mod path;
 mod plots;
 
+pub use plots::panels;
+
 use crate::console::{is_coloured, print, tell_rendered};
 use crate::deck::point::{PointProblem, Subject};
 use crate::deck::source::read_text;
@@ -57,7 +59,7 @@ pub fn point(options: &PointOptions) -> Result<(), Failure> {
     let records = if records.is_empty() { None } else { serde_json::to_vec_pretty(&records).ok() };
     replace(&directory.join("consistency.json"), records)?;
     // a path on which nothing changes has no panel
-    let sheets = sheets::write(&directory, "point", &problem.title, plots::panels(&problem, &journeys))?;
+    let sheets = sheets::write(&directory, "point", &problem.title, panels(&problem, &journeys))?;
     let plots = if sheets > 1 { format!(", the plots on {sheets} sheets") } else { String::new() };
     let written = format!("\n  written    {}{plots}", directory.display());
     print(&(account(&problem, &journeys) + &verdict_in_words(&verdicts) + &written))?;
