@@ -289,7 +289,7 @@ fn checks_and_curves_that_cannot_be_are_refused() {
         ("file = \"curve.csv\"", "file = \"curve.csv\", over = \"step\"", 5, "lacks a column \"step\""),
         ("set = [\"path.steps=1000\"]", "bits = true", 2, "a material point has no `mesh`, `bits` and `mirror`"),
         ("command = \"point\"", "command = \"points\"", 2, "points"),
-        ("command = \"point\"", "", 5, "lacks `mesh`"),
+        ("command = \"point\"", "", 5, "this is the deck of a material point"),
         ("quantity = \"jaumann.T12\"", "quantity = \"mass\"", 5, "there is no mass"),
         ("quantity = \"jaumann.T12\"", "quantity = \"zaremba.T12\"", 5, "there is no column \"zaremba.T12\""),
         ("at = { driven = 2 }", "at = { driven = 200 }", 5, "200 is never reached"),

@@ -157,7 +157,7 @@ impl Diagnostic {
             let snippet = Snippet::source(&source.text).path(one_line(&source.name)).annotations(annotations.map(
                 |(index, (span, label))| {
                     let kind = if index == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
-                    kind.span(underlined(&source.text, *span)).label(label)
+                    kind.span(underlined(&source.text, *span)).label(visible(label))
                 },
             ));
             group = group.element(snippet);
@@ -166,7 +166,7 @@ impl Diagnostic {
     }
 
     fn with_help<'a>(&'a self, group: Group<'a>) -> Group<'a> {
-        // the renderer replaces what steers a terminal everywhere but here
+        // the renderer replaces what steers a terminal in titles and sources, but neither here nor in labels
         group.elements(self.help.iter().map(|help| Level::HELP.message(visible(help))))
     }
 }

@@ -93,8 +93,9 @@ fn frequency_is_that_of_the_smallest_eigenvalue_that_is_not_zero() {
             let found = found(&mesh, formulation, &fixes);
             let error = found / exact - 1.0;
             println!("{formulation:?}, {rigid} rigid motions: {found:.0} Hz, {error:.1e}");
-            // tets that share no volume are stiffer, most of all one across in bending
-            let above = if formulation == Formulation::Tet4 { 0.25 } else { 5e-3 };
+            // The search ends where a quarter more of its steps changes the eigenvalue by less than 1 %. Tets of four nodes share no
+            // volume in it and are stiffer, most of all one across in bending.
+            let above = if formulation == Formulation::Tet4 { 0.25 } else { 1e-2 };
             assert!(-1e-4 < error && error < above, "{formulation:?}, {rigid}: {found} {exact}");
         }
     }
