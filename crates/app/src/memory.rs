@@ -35,6 +35,11 @@ pub fn shortage_of_mesh(path: &Path) -> Option<String> {
     shortage_of_file(path, BYTES_PER_BYTE_OF_MESH)
 }
 
+/// Bytes that a mesh may have with all the files that it includes, so that reading it fits.
+pub fn most_of_mesh() -> u64 {
+    available().map_or(u64::MAX, |available| available / BYTES_PER_BYTE_OF_MESH)
+}
+
 /// Why the table of a file cannot be read, if it does not fit.
 pub fn shortage_of_table(path: &Path) -> Option<String> {
     shortage_of_file(path, BYTES_PER_BYTE_OF_TABLE)

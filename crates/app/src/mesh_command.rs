@@ -32,7 +32,7 @@ pub enum MeshCommand {
     NeckingBar(NeckingBarArguments),
     /// Print counts, groups and quality of a mesh file
     Info {
-        /// The mesh: Gmsh 4.1, 4.0 or 2.2 (.msh), or Abaqus (.inp)
+        /// The mesh: Gmsh 4.1, 4.0 or 2.2 (.msh), Abaqus (.inp), or VTK (.vtu, .vtk)
         file: PathBuf,
     },
 }
@@ -219,7 +219,7 @@ fn read(file: &Path) -> Result<MeshFile, Failure> {
     if let Some(shortage) = memory::shortage_of_mesh(file) {
         return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
     }
-    estar_io::read_mesh(file).map_err(|error| {
+    estar_io::read_mesh_within(file, memory::most_of_mesh()).map_err(|error| {
         let message = format!("error: {error}");
         if error.is_unreadable() { Failure::File(message) } else { Failure::Input(message) }
     })
@@ -228,7 +228,7 @@ fn read(file: &Path) -> Result<MeshFile, Failure> {
 /// What `estar convert` is to do.
 #[derive(Debug, Args)]
 pub struct ConvertArguments {
-    /// The mesh: Gmsh 4.1, 4.0 or 2.2 (.msh), or Abaqus (.inp)
+    /// The mesh: Gmsh 4.1, 4.0 or 2.2 (.msh), Abaqus (.inp), or VTK (.vtu, .vtk)
     file: PathBuf,
     /// The file to write (.vtu); the mesh's name with that ending unless given
     #[arg(long, value_name = "FILE")]

@@ -137,7 +137,7 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
         diagnostics.push(Diagnostic::error(shortage).at(mesh_file.span, "this mesh").help(memory::HELP));
         return fault(findings, false);
     }
-    let content = match estar_io::read_mesh(&mesh_file.value) {
+    let content = match estar_io::read_mesh_within(&mesh_file.value, memory::most_of_mesh()) {
         Ok(content) => content,
         Err(error) => {
             let is_unreadable_file = error.is_unreadable() && !diagnostics.has_errors();

@@ -84,8 +84,8 @@ pub struct Unsupported {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Problem {
-    /// Neither Gmsh nor Abaqus.
-    #[error("not a mesh this program knows; export Gmsh 4.1 or 2.2 (.msh), or Abaqus (.inp)")]
+    /// None of the formats.
+    #[error("not a mesh this program knows; export Gmsh 4.1 or 2.2 (.msh), Abaqus (.inp), or VTK (.vtu, .vtk)")]
     UnknownFormat,
     /// A format that is known, but not read.
     #[error("this is {what}, which is not read; {advice}")]
@@ -271,6 +271,44 @@ pub enum Problem {
         what: String,
         /// What to do.
         advice: &'static str,
+    },
+    /// An array of VTK that is not as it should be.
+    #[error("the array \"{array}\" {what}; the file is damaged: export it again")]
+    Array {
+        /// The array.
+        array: String,
+        /// What it has or does.
+        what: String,
+    },
+    /// A cell of VTK with a point that is not there.
+    #[error("cell {cell} refers to point {node}, but there are {count}, numbered from 0")]
+    NoSuchPoint {
+        /// The cell, counted from 0.
+        cell: u64,
+        /// The point.
+        node: String,
+        /// How many points there are.
+        count: usize,
+    },
+    /// A cell of VTK with more or fewer points than its type has.
+    #[error("cell {cell} has {found} points, which {kind} cannot have; the file is damaged: export it again")]
+    CellSize {
+        /// The cell, counted from 0.
+        cell: u64,
+        /// What it should be.
+        kind: String,
+        /// How many points it has.
+        found: usize,
+    },
+    /// More bytes, with all files that the mesh includes, than there is memory for.
+    #[error(
+        "the mesh, with all that it includes or is unpacked to, has more than {} MB, which is what memory is left for; take a \
+         coarser mesh or a machine with more memory, or end other programs",
+        limit / 1_000_000
+    )]
+    NoMemory {
+        /// The bytes that there may be.
+        limit: u64,
     },
     /// Parts that do not make a mesh.
     #[error(transparent)]

@@ -1,6 +1,6 @@
 //! Files of the Estar solver: meshes in, results out.
 //!
-//! Meshes: [`read_mesh`] reads Gmsh 4.1, 4.0 and 2.2 (ASCII and binary) and Abaqus; [`write_gmsh`] writes Gmsh 4.1.
+//! Meshes: [`read_mesh`] reads Gmsh 4.1, 4.0 and 2.2 (ASCII and binary), Abaqus, and VTK (`.vtu`, `.vtk`); [`write_gmsh`] writes Gmsh 4.1.
 //! Bad content never panics, loops or costs memory that the file does not warrant: it is a [`ReadError`] that names
 //! the place, the node or element number of the file, and what to do.
 //!
@@ -22,6 +22,7 @@ mod results;
 #[cfg(test)]
 mod test_folder;
 mod text;
+mod vtk;
 mod vtu;
 mod vtu_reader;
 
@@ -31,7 +32,7 @@ pub use error::{Place, Problem, ReadError, Unsupported};
 pub use file::{create_ordinary, make_own_folder, open_or_create, open_ordinary, read_ordinary};
 pub use gmsh::{write_gmsh, write_gmsh_file};
 pub use history::{HistoryWriter, Value};
-pub use mesh_file::{MeshFile, read_mesh, read_mesh_bytes};
+pub use mesh_file::{MeshFile, read_mesh, read_mesh_bytes, read_mesh_within};
 pub use results::{FIELDS, ResultWriter, SERIES, WriteError, removed_frames, write_frame_file};
 pub use text::{LONGEST_NAME, one_line, steers, visible};
 pub use vtu::{Field, FieldData, Frame, FrameError, Grid};

@@ -38,6 +38,31 @@ pub(crate) fn ls_dyna() -> Problem {
     Problem::OtherFormat { what: "a keyword file of LS-DYNA", advice: OF_LS_DYNA.to_owned() }
 }
 
+/// A file of VTK that is no unstructured grid.
+pub(crate) fn other_vtk(kind: &str) -> Problem {
+    const SAVE: &str =
+        "in ParaView apply the filter Append Datasets, which makes an unstructured grid, and save that as .vtu";
+    let kind_in_capitals = kind.to_ascii_uppercase().replace('_', "");
+    let (what, advice) = match kind_in_capitals.as_str() {
+        "POLYDATA" | "PPOLYDATA" => {
+            ("a surface of VTK (PolyData), not a mesh of solids", "mesh the volume inside and save that")
+        }
+        "PUNSTRUCTUREDGRID" => (
+            "the list of the pieces of a VTK mesh",
+            "open it in ParaView, apply the filter Append Datasets, and save as .vtu",
+        ),
+        "IMAGEDATA" | "PIMAGEDATA" | "STRUCTUREDPOINTS" => ("an image of VTK", SAVE),
+        "STRUCTUREDGRID" | "PSTRUCTUREDGRID" => ("a structured grid of VTK", SAVE),
+        "RECTILINEARGRID" | "PRECTILINEARGRID" => ("a rectilinear grid of VTK", SAVE),
+        "VTKMULTIBLOCKDATASET" | "COLLECTION" | "VTKPARTITIONEDDATASET" | "VTKPARTITIONEDDATASETCOLLECTION" => (
+            "a VTK file that only names others",
+            "give one of the files that it names, or open it in ParaView, apply the filter Merge Blocks, and save as .vtu",
+        ),
+        _ => ("a VTK file of something else than an unstructured grid", SAVE),
+    };
+    Problem::OtherFormat { what, advice: advice.to_owned() }
+}
+
 /// A name with another ending, in the folder where the command is given.
 fn ending(name: &str, ending: &str) -> String {
     let stem = Path::new(name).file_stem().unwrap_or_default().display();
@@ -48,7 +73,6 @@ fn ending(name: &str, ending: &str) -> String {
 }
 
 fn format_of(content: &[u8], name: &str) -> Option<(&'static str, Way)> {
-    const NO_GROUPS: &str = "it has no named groups: the bodies and surfaces become `volume_1`, `surface_1`, ...";
     /// Nothing tells a format behind this.
     const LOOKED_AT: usize = 1 << 16;
     let start = &content[..content.len().min(LOOKED_AT)];
@@ -76,10 +100,6 @@ fn format_of(content: &[u8], name: &str) -> Option<(&'static str, Way)> {
     } else if has_line(b"BEGIN BULK") || has_line(b"BEGIN,BULK") || has_line(b"GRID") {
         let groups = "it has no named groups: properties become `volume_1`, `surface_2`, ..., by their numbers";
         Some(("a Nastran bulk data file", Way::Gmsh(groups)))
-    } else if begins(b"# vtk DataFile") {
-        Some(("a VTK file", Way::Gmsh(NO_GROUPS)))
-    } else if begins(b"<") && has(b"<VTKFile") {
-        Some(("a VTU file", Way::Meshio("it has no named groups: only `all`")))
     } else if begins(b"ISO-10303-21") || has(b"CASCADE Topology") || begins(b"DBRep_DrawableShape") {
         Some(("a CAD file, not a mesh", Way::GmshMeshes))
     } else if has_line(b"SetFactory(") || has_line(b"Point(") || has_line(b"Point (") {

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use common::Folder;
-use estar_io::{MeshFile, ReadError, read_mesh};
+use estar_io::{MeshFile, ReadError, read_mesh, read_mesh_within};
 use estar_mesh::GroupKind::{Curve, Nodes, Surface, Volume};
 use estar_mesh::quality::{QualityReport, volume};
 use estar_mesh::{GroupError, GroupKind, Mesh, NodeLabel, Wanted};
@@ -507,4 +507,24 @@ fn copies_of_parts_have_a_limit() {
     }
     let error = estar_io::read_mesh_bytes(copies.as_bytes(), "copies").unwrap_err().to_string();
     assert!(error.contains("more than 10 million nodes or elements in copies of parts"), "{error}");
+}
+
+/// The program compares a mesh with the memory that is left: every file counts, each time that it is included.
+#[test]
+fn included_files_count_where_memory_is_short() {
+    let folder = Folder::new("memory");
+    fs::create_dir_all(&folder.0).unwrap();
+    let main = folder.0.join("main.inp");
+    let nodes = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus/no_sets.inp")).unwrap();
+    fs::write(folder.0.join("part.inp"), &nodes).unwrap();
+    fs::write(&main, "*INCLUDE, INPUT=part.inp\n").unwrap();
+    let size = (fs::metadata(&main).unwrap().len() as usize + nodes.len()) as u64;
+    assert!(read_mesh_within(&main, size).is_ok());
+    let told = read_mesh_within(&main, size - 1).unwrap_err();
+    assert!(!told.is_unreadable());
+    assert!(told.to_string().ends_with(
+        "main.inp:1: the mesh, with all that it includes or is unpacked to, has more than 0 MB, which is what memory is left \
+         for; take a coarser mesh or a machine with more memory, or end other programs"
+    ), "{told}");
+    assert!(read_mesh_within(&main, 3).unwrap_err().to_string().contains("main.inp: the mesh, with all"));
 }

@@ -17,7 +17,7 @@ use estar_solver::{Curve, Interpolation};
 deck_table! {
     /// The mesh: where it is and in which unit.
     pub struct MeshTable {
-        /// The file: Gmsh 4.1, 4.0 or 2.2 (`.msh`) or Abaqus (`.inp`).
+        /// The file: Gmsh 4.1, 4.0 or 2.2 (`.msh`), Abaqus (`.inp`), or VTK (`.vtu`, `.vtk`).
         file: MeshFile = required,
         /// Length of the file's unit, m: 1e-3 for a file in mm.
         scale: Quantity<Positive<Number>> = default("1.0"),

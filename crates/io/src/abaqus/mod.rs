@@ -62,9 +62,9 @@ struct Reader {
     passed_over: BTreeMap<String, u64>,
 }
 
-/// Reads an Abaqus input file, which lies at the path if it is a file.
-pub(crate) fn read(bytes: &[u8], name: &str, path: Option<&Path>) -> Result<MeshFile, ReadError> {
-    let sources = source::load(bytes, name, path)?;
+/// Reads an Abaqus input file, which lies at the path if it is a file, and has so many bytes at most with all that it includes.
+pub(crate) fn read(bytes: &[u8], name: &str, path: Option<&Path>, limit: u64) -> Result<MeshFile, ReadError> {
+    let sources = source::load(bytes, name, path, limit)?;
     let located = read_lines(Lines::new(&sources));
     located.map_err(|located| {
         let source = sources.get(located.source as usize).map_or(name, |source| &source.name);

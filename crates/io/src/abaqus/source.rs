@@ -38,15 +38,25 @@ pub(super) struct Insertion {
     pub source: usize,
 }
 
-/// The file with all that it includes. `path` is where it lies, if it is a file.
-pub(super) fn load<'a>(bytes: &'a [u8], name: &str, path: Option<&Path>) -> Result<Vec<Source<'a>>, ReadError> {
+/// The file with all that it includes, which has so many bytes at most. `path` is where it lies, if it is a file.
+pub(super) fn load<'a>(
+    bytes: &'a [u8],
+    name: &str,
+    path: Option<&Path>,
+    limit: u64,
+) -> Result<Vec<Source<'a>>, ReadError> {
     let path = path.and_then(|path| fs::canonicalize(path).ok());
-    let (bytes, insertions) = (Cow::Borrowed(bytes), Vec::new());
-    let mut sources = vec![Source { name: name.to_owned(), bytes, insertions, path, included_by: None }];
+    let mut sources = vec![Source {
+        name: name.to_owned(),
+        bytes: Cow::Borrowed(bytes),
+        insertions: Vec::new(),
+        path,
+        included_by: None,
+    }];
     let mut next = 0;
     while next < sources.len() {
         for (keyword, at, resume) in includes(&sources, next) {
-            let included = read_include(&sources, &keyword)?;
+            let included = read_include(&sources, &keyword, limit)?;
             sources.push(included);
             let source = sources.len() - 1;
             sources[next].insertions.push(Insertion { at, resume, source });
@@ -77,7 +87,7 @@ fn includes(sources: &[Source], source: usize) -> Vec<(Keyword, usize, (usize, u
     found
 }
 
-fn read_include<'a>(sources: &[Source], keyword: &Keyword) -> Result<Source<'a>, ReadError> {
+fn read_include<'a>(sources: &[Source], keyword: &Keyword, limit: u64) -> Result<Source<'a>, ReadError> {
     let origin = keyword.origin;
     let includer = &sources[origin.source as usize];
     let fail = |what: String, advice| ReadError::Content {
@@ -105,6 +115,10 @@ fn read_include<'a>(sources: &[Source], keyword: &Keyword) -> Result<Source<'a>,
     let found = found.ok_or_else(|| fail(format!("INPUT={wanted}"), "name a file"))?;
     let name = format!("{}, which {}:{} names", found.display(), includer.name, origin.line);
     let unreadable = |source| ReadError::Unreadable { file: name, source };
+    let so_far: u64 = sources.iter().map(|source| source.bytes.len() as u64).sum();
+    if fs::metadata(found).is_ok_and(|metadata| metadata.is_file() && metadata.len() > limit.saturating_sub(so_far)) {
+        return Err(keyword.origin.fail(Problem::NoMemory { limit }).in_file(&includer.name));
+    }
     let bytes = read_ordinary(found, u64::MAX).map_err(unreadable.clone())?;
     let path = fs::canonicalize(found).map_err(unreadable)?;
 
