@@ -12,6 +12,7 @@ case $target in
   deck) options=(-dict=target/deck.dict) seeds=(seeds/deck) ;;
   point_deck) options=(-dict=target/deck.dict) seeds=(../meshes/point) ;;
   gmsh | abaqus) options=() seeds=("seeds/$target") ;;
+  vtk) options=() seeds=(../crates/io/tests/corpus/vtk) ;;
   *) options=(-len_control=0) seeds=() ;;
 esac
 

@@ -157,3 +157,53 @@ fn a_file_that_is_not_there_or_no_frame_is_named() {
     fs::write(&path, "<VTKFile>\n").unwrap();
     assert!(read_frame(&path).unwrap_err().to_string().contains("frame.vtu: no frame of this program"));
 }
+
+/// The frame with its arrays in base64 where the XML names them: vtkio reads no bytes behind the XML. Only heads are looked at.
+fn with_arrays_in_the_xml(frame: &[u8]) -> String {
+    use base64::prelude::{BASE64_STANDARD, Engine};
+    const BEHIND: &str = "<AppendedData encoding=\"raw\">\n_";
+    let start = frame.windows(BEHIND.len()).position(|window| window == BEHIND.as_bytes()).unwrap();
+    let (xml, behind) = (std::str::from_utf8(&frame[..start]).unwrap(), &frame[start + BEHIND.len()..]);
+    let word = |at: usize| u64::from_le_bytes(behind[at..at + 8].try_into().unwrap()) as usize;
+    let mut out = String::new();
+    for (k, piece) in xml.split(" format=\"appended\" offset=\"").enumerate() {
+        if k == 0 {
+            out += piece;
+            continue;
+        }
+        let (offset, rest) = piece.split_once("\"/>").unwrap();
+        let at: usize = offset.parse().unwrap();
+        // blocks, their size, the size of the last, then the packed size of each
+        let head = 8 * (3 + word(at));
+        let data: usize = (0..word(at)).map(|block| word(at + 8 * (3 + block))).sum();
+        let encoded = |from: usize, length: usize| BASE64_STANDARD.encode(&behind[from..from + length]);
+        out += &format!(" format=\"binary\">{}{}</DataArray>{rest}", encoded(at, head), encoded(at + head, data));
+    }
+    out + "</VTKFile>"
+}
+
+/// A third reader, after our own and VTK's in `tests/paraview.rs`. vtkio passes over field data: the time is compared there.
+#[test]
+fn vtkio_reads_every_field_as_it_was_written() {
+    use vtkio::Vtk;
+    use vtkio::model::{Attribute, DataSet};
+    let ours = read_frame_bytes(&frame("vtkio")).unwrap();
+    let vtk = Vtk::parse_xml(with_arrays_in_the_xml(&frame("vtkio_too")).as_bytes()).unwrap();
+    let DataSet::UnstructuredGrid { pieces, .. } = vtk.data else { panic!("no unstructured grid") };
+    assert_eq!(pieces.len(), 1);
+    let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
+    assert_eq!(piece.points.cast_into::<f64>().unwrap(), ours.points.as_flattened());
+    let (connectivity, ends) = piece.cells.cell_verts.into_xml();
+    assert!(connectivity.iter().eq(ours.connectivity.iter().map(|&node| u64::from(node)).collect::<Vec<_>>().iter()));
+    assert!(ends.iter().map(|&end| end as usize).eq(ours.offsets.iter().copied()));
+    assert!(piece.cells.types.iter().map(|&kind| kind as u8).eq(ours.types.iter().copied()));
+    for (theirs, fields) in [(piece.data.point, &ours.node_fields), (piece.data.cell, &ours.cell_fields)] {
+        assert_eq!(theirs.len(), fields.len());
+        for attribute in theirs {
+            let Attribute::DataArray(array) = attribute else { panic!("a field of fields") };
+            let components = array.num_comp();
+            let field = &fields[&array.name];
+            assert_eq!((components, array.data.cast_into::<f64>().unwrap()), (field.components, field.data.clone()));
+        }
+    }
+}
