@@ -32,36 +32,42 @@ pub struct ElementQuality {
 impl ElementQuality {
     /// The quality of the element of a shape with these nodes.
     pub fn new(shape: Shape, nodes: &[[f64; 3]]) -> Self {
+        Self::with_longest_edge(shape, nodes).0
+    }
+
+    /// The quality, and the length of the longest edge at a corner.
+    fn with_longest_edge(shape: Shape, nodes: &[[f64; 3]]) -> (Self, f64) {
         // the volume of a unit triad along the edges at a corner of the best element
         let best = match shape {
             Shape::Hex8 => 1.0,
             Shape::Wedge6 => 0.75_f64.sqrt(),
             Shape::Pyramid5 | Shape::Tet4 | Shape::Tet10 => 0.5_f64.sqrt(),
         };
-        let (mut min_jacobian, mut scaled_jacobian) = (f64::INFINITY, f64::INFINITY);
-        for edges in corner_edges(shape, nodes) {
+        let (mut min_jacobian, mut scaled_jacobian, mut longest) = (f64::INFINITY, f64::INFINITY, 0.0_f64);
+        for (corner, neighbours) in shape.corner_neighbours().iter().enumerate() {
+            let edges = neighbours.map(|other| edge_at(shape, nodes, corner, other));
             let jacobian = determinant(&edges);
-            let lengths: f64 = edges.iter().map(|edge| square(edge).sqrt()).product();
+            let lengths = edges.map(|edge| square(&edge).sqrt());
+            let product = lengths[0] * lengths[1] * lengths[2];
             min_jacobian = min_jacobian.min(jacobian);
-            scaled_jacobian = scaled_jacobian.min(if lengths > 0.0 { jacobian / (lengths * best) } else { 0.0 });
+            scaled_jacobian = scaled_jacobian.min(if product > 0.0 { jacobian / (product * best) } else { 0.0 });
+            longest = lengths.into_iter().fold(longest, f64::max);
         }
-        Self { min_jacobian, scaled_jacobian, volume: volume(shape, nodes) }
+        (Self { min_jacobian, scaled_jacobian, volume: volume(shape, nodes) }, longest)
     }
 }
 
-/// The three edges at each corner, as they leave it.
-fn corner_edges(shape: Shape, nodes: &[[f64; 3]]) -> impl Iterator<Item = [[f64; 3]; 3]> {
-    shape.corner_neighbours().iter().enumerate().map(move |(corner, neighbours)| {
-        neighbours.map(|other| match shape.middle(corner, other) {
-            None => difference(&nodes[other], &nodes[corner]),
-            // the tangent of a parabola through three nodes
-            Some(middle) => {
-                let to = |node: usize| difference(&nodes[node], &nodes[corner]);
-                let (half, whole) = (to(middle), to(other));
-                std::array::from_fn(|i| 4.0 * half[i] - whole[i])
-            }
-        })
-    })
+/// The edge from a corner to another as it leaves the corner.
+fn edge_at(shape: Shape, nodes: &[[f64; 3]], corner: usize, other: usize) -> [f64; 3] {
+    let whole = difference(&nodes[other], &nodes[corner]);
+    match shape.middle(corner, other) {
+        None => whole,
+        // the tangent of a parabola through three nodes
+        Some(middle) => {
+            let half = difference(&nodes[middle], &nodes[corner]);
+            std::array::from_fn(|i| 4.0 * half[i] - whole[i])
+        }
+    }
 }
 
 /// Something that makes a mesh unusable.
@@ -132,11 +138,13 @@ pub struct QualityReport {
 impl QualityReport {
     /// The report on a mesh.
     pub fn new(mesh: &Mesh) -> Self {
-        let quality = |element| ElementQuality::new(mesh.elements().shape(element), &mesh.positions(element));
-        let elements: Vec<ElementQuality> = (0..mesh.element_count()).into_par_iter().map(quality).collect();
-        let errors = elements.par_iter().enumerate();
-        let errors = errors.filter_map(|(element, quality)| element_error(mesh, element, quality));
+        let quality =
+            |element| ElementQuality::with_longest_edge(mesh.elements().shape(element), &mesh.positions(element));
+        let measured: Vec<(ElementQuality, f64)> = (0..mesh.element_count()).into_par_iter().map(quality).collect();
+        let errors = measured.par_iter().enumerate();
+        let errors = errors.filter_map(|(element, (quality, longest))| element_error(mesh, element, quality, *longest));
         let mut errors: Vec<QualityError> = errors.collect();
+        let elements = measured.into_iter().map(|(quality, _)| quality).collect();
         errors.extend(duplicates(mesh));
         errors.extend(unused_nodes(mesh).map(|node| QualityError::UnusedNode { node }));
         Self { elements, element_labels: mesh.element_labels().to_vec(), errors }
@@ -260,7 +268,7 @@ impl fmt::Display for QualitySummary {
     }
 }
 
-fn element_error(mesh: &Mesh, index: usize, quality: &ElementQuality) -> Option<QualityError> {
+fn element_error(mesh: &Mesh, index: usize, quality: &ElementQuality, longest_edge: f64) -> Option<QualityError> {
     let element = mesh.element_labels()[index];
     let key = sorted_nodes(mesh, index);
     let nodes = &key[..mesh.elements().nodes(index).len()];
@@ -270,10 +278,6 @@ fn element_error(mesh: &Mesh, index: usize, quality: &ElementQuality) -> Option<
     if let Some([middle, a, b]) = misplaced_middle(mesh, index) {
         return Some(QualityError::MiddleElsewhere { element, middle, ends: [a, b] });
     }
-    let longest_edge = corner_edges(mesh.elements().shape(index), &mesh.positions(index))
-        .flat_map(|edges| edges.map(|edge| square(&edge)))
-        .fold(0.0, f64::max)
-        .sqrt();
     // False also for a volume that overflowed to NaN.
     let has_volume = quality.volume.abs() > ZERO_VOLUME * longest_edge.powi(3);
     if !has_volume {
@@ -288,6 +292,9 @@ fn element_error(mesh: &Mesh, index: usize, quality: &ElementQuality) -> Option<
 /// A middle node that is farther from the middle of its edge than a third of its length, with the ends of the edge.
 fn misplaced_middle(mesh: &Mesh, element: usize) -> Option<[NodeLabel; 3]> {
     let (shape, nodes) = (mesh.elements().shape(element), mesh.elements().nodes(element));
+    if shape != Shape::Tet10 {
+        return None;
+    }
     let positions = mesh.positions(element);
     let edges = (0..4).flat_map(|b| (0..b).map(move |a| [a, b]));
     edges.filter_map(|[a, b]| Some([shape.middle(a, b)?, a, b])).find_map(|[middle, a, b]| {
