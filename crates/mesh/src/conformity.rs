@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::body::DisjointSets;
@@ -129,7 +130,7 @@ struct Patch {
     nodes: [u32; 4],
     /// The nodes that the two triangles share; of a quad none.
     diagonal: Option<[u32; 2]>,
-    area: [f64; 3],
+    area: Vector3<f64>,
     face: usize,
 }
 
@@ -237,9 +238,9 @@ impl<'a> Search<'a> {
             for (k, &(diagonal, tip, face)) in at_edge.iter().enumerate() {
                 for &(_, other_tip, other) in &at_edge[..k] {
                     let areas = [area(face), area(other)];
-                    if tip != other_tip && dot(&areas[0], &areas[1]) > FLAT * size(&areas[0]) * size(&areas[1]) {
+                    if tip != other_tip && areas[0].dot(&areas[1]) > FLAT * areas[0].norm() * areas[1].norm() {
                         let nodes = ascending([diagonal[0], diagonal[1], tip, other_tip]);
-                        let area = std::array::from_fn(|axis| areas[0][axis] + areas[1][axis]);
+                        let area = areas[0] + areas[1];
                         patches.push(Patch { nodes, diagonal: Some(diagonal), area, face: face.min(other) });
                     }
                 }
@@ -254,7 +255,7 @@ impl<'a> Search<'a> {
         let mut found = Vec::new();
         for same in patches.chunk_by(|a, b| a.nodes == b.nodes) {
             let [first, ..] = same else { continue };
-            let across = |patch: &&Patch| patch.diagonal != first.diagonal && dot(&patch.area, &first.area) < 0.0;
+            let across = |patch: &&Patch| patch.diagonal != first.diagonal && patch.area.dot(&first.area) < 0.0;
             if let Some(other) = same.iter().find(across) {
                 let kind = match first.diagonal {
                     None => MismatchKind::QuadOnTriangles,
@@ -272,7 +273,7 @@ impl<'a> Search<'a> {
         by_corners.par_sort_unstable();
         for same in by_corners.chunk_by(|a, b| a.0 == b.0) {
             if let [first, second, ..] = same
-                && dot(&area(first.1), &area(second.1)) < 0.0
+                && area(first.1).dot(&area(second.1)) < 0.0
             {
                 found.push((MismatchKind::MiddleNodes, [first.1, second.1]));
             }
@@ -388,30 +389,29 @@ fn shortest_length(mesh: &Mesh, outer: &OuterFace) -> f64 {
     let corners: Vec<[f64; 3]> = corners(&outer.face).iter().map(|&node| mesh.coordinates()[node as usize]).collect();
     let edges = (0..corners.len()).map(|k| distance(&corners[k], &corners[(k + 1) % corners.len()]));
     let (shortest, longest) = edges.fold((f64::INFINITY, 0.0), |(least, most), edge| (edge.min(least), edge.max(most)));
-    let area = size(&area(&corners));
+    let area = area(&corners).norm();
     let element = outer.element as usize;
     let volume = volume(mesh.elements().shape(element), &mesh.positions(element));
     shortest.min(area / longest).min(volume / area)
 }
 
 /// Normal of a triangle or quad, as long as it is large.
-fn area(corners: &[[f64; 3]]) -> [f64; 3] {
+fn area(corners: &[[f64; 3]]) -> Vector3<f64> {
     let to = |a: usize, b: usize| difference(&corners[b], &corners[a]);
     // of a quad half the product of the diagonals
     let (first, second) = if corners.len() == 4 { (to(0, 2), to(1, 3)) } else { (to(0, 1), to(0, 2)) };
-    cross(&first, &second).map(|component| 0.5 * component)
+    0.5 * first.cross(&second)
 }
 
 /// Whether a point lies within `reach` of a triangle or quad.
 fn is_on(point: &[f64; 3], corners: &[[f64; 3]], reach: f64) -> bool {
     let on_triangle = |places: [usize; 3]| {
         let triangle = places.map(|place| corners[place]);
-        let normal = area(&triangle);
-        let normal = normal.map(|component| component / size(&normal));
-        let height = dot(&difference(point, &triangle[0]), &normal);
+        let normal = area(&triangle).normalize();
+        let height = difference(point, &triangle[0]).dot(&normal);
         let is_inside = |k: usize| {
             let edge = difference(&triangle[(k + 1) % 3], &triangle[k]);
-            dot(&cross(&edge, &difference(point, &triangle[k])), &normal) >= -reach * size(&edge)
+            edge.cross(&difference(point, &triangle[k])).dot(&normal) >= -reach * edge.norm()
         };
         height.abs() <= reach && (0..3).all(is_inside)
     };
@@ -423,24 +423,12 @@ fn ascending<T: Ord, const N: usize>(mut values: [T; N]) -> [T; N] {
     values
 }
 
-fn difference(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn size(a: &[f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-
 pub(crate) fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    size(&difference(a, b))
+    difference(a, b).norm()
+}
+
+pub(crate) fn difference(a: &[f64; 3], b: &[f64; 3]) -> Vector3<f64> {
+    Vector3::from(*a) - Vector3::from(*b)
 }
 
 #[cfg(test)]

@@ -2,9 +2,11 @@
 
 use std::fmt;
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::conformity::difference;
 use crate::hex::CORNER_SIGNS;
 use crate::{ElementLabel, MOST_NODES, Mesh, NodeLabel, Shape};
 
@@ -47,7 +49,7 @@ impl ElementQuality {
         for (corner, neighbours) in shape.corner_neighbours().iter().enumerate() {
             let edges = neighbours.map(|other| edge_at(shape, nodes, corner, other));
             let jacobian = determinant(&edges);
-            let lengths = edges.map(|edge| square(&edge).sqrt());
+            let lengths = edges.map(|edge| edge.norm());
             let product = lengths[0] * lengths[1] * lengths[2];
             min_jacobian = min_jacobian.min(jacobian);
             scaled_jacobian = scaled_jacobian.min(if product > 0.0 { jacobian / (product * best) } else { 0.0 });
@@ -58,15 +60,12 @@ impl ElementQuality {
 }
 
 /// The edge from a corner to another as it leaves the corner.
-fn edge_at(shape: Shape, nodes: &[[f64; 3]], corner: usize, other: usize) -> [f64; 3] {
-    let whole = difference(&nodes[other], &nodes[corner]);
+fn edge_at(shape: Shape, nodes: &[[f64; 3]], corner: usize, other: usize) -> Vector3<f64> {
+    let to = |node: usize| Vector3::from(nodes[node]) - Vector3::from(nodes[corner]);
     match shape.middle(corner, other) {
-        None => whole,
+        None => to(other),
         // the tangent of a parabola through three nodes
-        Some(middle) => {
-            let half = difference(&nodes[middle], &nodes[corner]);
-            std::array::from_fn(|i| 4.0 * half[i] - whole[i])
-        }
+        Some(middle) => 4.0 * to(middle) - to(other),
     }
 }
 
@@ -299,8 +298,8 @@ fn misplaced_middle(mesh: &Mesh, element: usize) -> Option<[NodeLabel; 3]> {
     let edges = (0..4).flat_map(|b| (0..b).map(move |a| [a, b]));
     edges.filter_map(|[a, b]| Some([shape.middle(a, b)?, a, b])).find_map(|[middle, a, b]| {
         let edge = difference(&positions[b], &positions[a]);
-        let off = std::array::from_fn(|i| positions[middle][i] - positions[a][i] - 0.5 * edge[i]);
-        let is_far = square(&off) > square(&edge) / 9.0;
+        let off = difference(&positions[middle], &positions[a]) - 0.5 * edge;
+        let is_far = off.norm_squared() > edge.norm_squared() / 9.0;
         is_far.then(|| [middle, a, b].map(|place| mesh.node_labels()[nodes[place] as usize]))
     })
 }
@@ -385,21 +384,13 @@ fn hex_volume(corners: &[[f64; 3]; 8]) -> f64 {
                 }
             }
         }
-        determinant(&jacobian)
+        determinant(&jacobian.map(Vector3::from))
     };
     SLOPES.iter().map(at_point).sum()
 }
 
-fn difference(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn square(a: &[f64; 3]) -> f64 {
-    a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
-}
-
-fn determinant([a, b, c]: &[[f64; 3]; 3]) -> f64 {
-    a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+fn determinant(columns: &[Vector3<f64>; 3]) -> f64 {
+    columns[0].dot(&columns[1].cross(&columns[2]))
 }
 
 #[cfg(test)]
