@@ -12,8 +12,8 @@ use estar::bench::taylor_bar::{ELEMENTS, materials};
 use estar::deck::model::element_name;
 use estar_element::element::{Element, ElementVisitor};
 use estar_material::{
-    ClosestPoint, ElasticConstant, IsotropicElasticity, Material, MaterialVisitor, Motion, ParameterError,
-    StepKinematics,
+    ClosestPoint, ElasticConstant, IsotropicElasticity, Material, MaterialModel, MaterialVisitor, Motion,
+    ParameterError, StepKinematics,
 };
 use estar_solver::LaneLevel;
 use estar_tensor::{Kernel, Real, Rotation, Tensor, WithLanes, dispatch};
@@ -126,29 +126,29 @@ impl<M: Material, R: Real> Kernel for &UpdateRun<'_, M, R> {
 }
 
 /// Seconds of a step of an element whose points yield.
-struct AdvanceTime<'a, M> {
-    material: &'a M,
+struct AdvanceTime<'a> {
+    material: &'a MaterialModel,
     level: LaneLevel,
 }
 
-impl<M: Material> ElementVisitor for AdvanceTime<'_, M> {
+impl ElementVisitor for AdvanceTime<'_> {
     type Output = f64;
 
     fn visit<const NODES: usize, E: Element<NODES>>(self, element: E) -> f64 {
-        dispatch(self.level, AdvanceElement::<_, _, NODES> { material: self.material, element })
+        dispatch(self.level, AdvanceElement::<_, NODES> { material: self.material, element })
     }
 }
 
-struct AdvanceElement<'a, M, E, const NODES: usize> {
-    material: &'a M,
+struct AdvanceElement<'a, E, const NODES: usize> {
+    material: &'a MaterialModel,
     element: E,
 }
 
-impl<M: Material, E: Element<NODES>, const NODES: usize> WithLanes for AdvanceElement<'_, M, E, NODES> {
+impl<E: Element<NODES>, const NODES: usize> WithLanes for AdvanceElement<'_, E, NODES> {
     type Output = f64;
 
     fn with_lanes<R: Real>(self) -> f64 {
-        let new = || SingleElement::<M, E, R, NODES>::new(self.material, self.element, Pace::Yielding);
+        let new = || SingleElement::<E, R, NODES>::new(self.material, self.element, Pace::Yielding);
         let mut hexes: [_; PACKS] = std::array::from_fn(|_| new());
         let mut advance = |rounds| {
             for _ in 0..rounds {
@@ -171,23 +171,14 @@ fn enter(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, seconds: impl Fn(
     });
 }
 
-/// Times of one material with the instructions of one level.
-struct TimesOf<'a, 'g> {
-    group: &'a mut BenchmarkGroup<'g, WallTime>,
-    level: LaneLevel,
-    name: &'a str,
-}
+/// Seconds of an update of one material with the instructions of one level.
+struct TimeOfUpdate(LaneLevel);
 
-impl MaterialVisitor for TimesOf<'_, '_> {
-    type Output = ();
+impl MaterialVisitor for TimeOfUpdate {
+    type Output = f64;
 
-    fn visit<M: Material>(self, material: &M) {
-        let Self { group, level, name } = self;
-        enter(group, &format!("update, {name}"), || dispatch(level, UpdateTime(material)));
-        for element in ELEMENTS {
-            let time = || element.visit(AdvanceTime { material, level });
-            enter(group, &format!("{}, {name}", element_name(element)), time);
-        }
+    fn visit<M: Material>(self, material: &M) -> f64 {
+        dispatch(self.0, UpdateTime(material))
     }
 }
 
@@ -248,7 +239,11 @@ fn kernels(criterion: &mut Criterion) {
             enter(&mut group, name, || dispatch(level, ReturnTime(surface)));
         }
         for (name, material) in materials() {
-            material.visit(TimesOf { group: &mut group, level, name });
+            enter(&mut group, &format!("update, {name}"), || material.visit(TimeOfUpdate(level)));
+            for element in ELEMENTS {
+                let time = || element.visit(AdvanceTime { material: &material, level });
+                enter(&mut group, &format!("{}, {name}", element_name(element)), time);
+            }
         }
         group.finish();
     }

@@ -1,8 +1,9 @@
 //! What a block of elements asks of an element.
 
 use crate::bulk_viscosity::BulkViscosity;
-use estar_material::{Elastic, IsotropicElasticity, Material, PointState};
-use estar_tensor::{Real, Rotation, Vector3};
+use estar_material::points::{Bare, Exchange, PackPoints};
+use estar_material::{IsotropicElasticity, PointState};
+use estar_tensor::{Real, Vector3};
 
 /// What all elements of a block share in a step.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +68,41 @@ pub struct Neighbourhood<R> {
     pub mean_stress: R,
 }
 
+impl<R: Real> PointState<R> for Neighbourhood<R> {
+    /// The increment is of the step alone.
+    fn for_each(&self, mut visit: impl FnMut(R)) {
+        visit(self.jacobian);
+        visit(self.mean_stress);
+    }
+
+    fn from_numbers(mut next: impl FnMut() -> R) -> Self {
+        Self { jacobian: next(), mean_stress: next(), ..Self::at_rest() }
+    }
+
+    fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
+        Self {
+            jacobian: R::select(mask, chosen.jacobian, otherwise.jacobian),
+            increment: R::select(mask, chosen.increment, otherwise.increment),
+            mean_stress: R::select(mask, chosen.mean_stress, otherwise.mean_stress),
+        }
+    }
+}
+
+impl<R: Real> OwnHistory<R> for Neighbourhood<R> {
+    fn at_rest() -> Self {
+        let zero = R::splat(0.0);
+        Self { jacobian: R::splat(1.0), increment: zero, mean_stress: zero }
+    }
+
+    fn neighbourhood(&self) -> Option<&Self> {
+        Some(self)
+    }
+
+    fn neighbourhood_mut(&mut self) -> Option<&mut Self> {
+        Some(self)
+    }
+}
+
 /// An element of so many nodes with what is chosen of it.
 pub trait Element<const NODES: usize>: Copy + Send + Sync + 'static {
     /// Quadrature points.
@@ -82,11 +118,8 @@ pub trait Element<const NODES: usize>: Copy + Send + Sync + 'static {
     /// Where the nodes of the parent element are.
     const PARENT: [[f64; 3]; NODES];
 
-    /// History of an element of a material with the history `S` at a point.
-    type History<R: Real, S: PointState<R>>: ElementHistory<R, S>;
-
-    /// The history of elements that have not moved.
-    fn initial_history<R: Real, M: Material>(material: &M, stable_time_step: f64) -> Self::History<R, M::State<R>>;
+    /// What an element keeps besides the common numbers of [`ElementHistory`].
+    type Own<R: Real>: OwnHistory<R>;
 
     /// Lumped mass of each node, kg.
     fn lumped_mass(reference: &[Vector3<f64>; NODES], density: f64) -> [f64; NODES];
@@ -94,13 +127,13 @@ pub trait Element<const NODES: usize>: Copy + Send + Sync + 'static {
     /// Smallest Jacobian of the points, and of the centre of a hex, on the parent element.
     fn smallest_jacobian(position: &[Vector3<f64>; NODES]) -> f64;
 
-    /// One step of an element: stress and history at t_{n+1}, the internal force there, energies and the stable time step on the
-    /// new geometry. `upcoming` is the history of the pack that comes next. Implementations are `#[inline(always)]`.
-    fn advance<R: Real, M: Material>(
+    /// One step of an element with these elastic constants: history and stress of its points at t_{n+1}, the internal force there,
+    /// energies and the stable time step on the new geometry. Implementations are `#[inline(always)]`.
+    fn advance<R: Real>(
         self,
-        material: &M,
-        history: &mut Self::History<R, M::State<R>>,
-        upcoming: Option<&Self::History<R, M::State<R>>>,
+        elasticity: &IsotropicElasticity,
+        points: PackPoints<'_, R>,
+        history: &mut ElementHistory<R, Self::Own<R>>,
         motion: &ElementMotion<R, NODES>,
         step: &ElementStep,
     ) -> ElementUpdate<R, NODES>;
@@ -135,7 +168,7 @@ pub trait Element<const NODES: usize>: Copy + Send + Sync + 'static {
 /// What the linear forces of an element depend on besides its elastic constants and its geometry.
 #[derive(Clone, Copy, Debug)]
 pub struct Tangent<R> {
-    /// Factor on the elastic constants, see [`Material::stiffening`].
+    /// Factor on the elastic constants, see [`Material::stiffening`](estar_material::Material::stiffening).
     pub stiffening: R,
     /// Modulus 2 η/Δt of bulk viscosity with the pressure −η tr D, Pa.
     pub viscous_modulus: R,
@@ -169,12 +202,12 @@ pub(crate) fn stiffening<E: Element<NODES>, R: Real, const NODES: usize>(
     stable_time_step: R,
     motion: &ElementMotion<R, NODES>,
 ) -> R {
-    let elastic = Elastic::new(*elasticity);
-    let mut unstiffened = E::initial_history(&elastic, 0.0);
+    let mut unstiffened = ElementHistory::new(0.0);
     let at_rest = ElementMotion { reference: motion.position, velocity: [Vector3::zero(); NODES], ..*motion };
     let no_step = ElementStep { bulk_viscosity: None, time_step: 0.0 };
-    element.advance(&elastic, &mut unstiffened, None, &at_rest, &no_step);
-    let ratio = unstiffened.stable_time_step() / stable_time_step;
+    let points = PackPoints { points: &mut Bare, pack: 0, exchange: &mut Exchange::new() };
+    element.advance(elasticity, points, &mut unstiffened, &at_rest, &no_step);
+    let ratio = unstiffened.stable_time_step / stable_time_step;
     ratio * ratio
 }
 
@@ -187,16 +220,21 @@ pub trait ElementVisitor {
     fn visit<const NODES: usize, E: Element<NODES>>(self, element: E) -> Self::Output;
 }
 
-/// The numbers of an element's history, in one fixed order.
-pub trait ElementHistory<R: Real, S>: Copy + Send + Sync + 'static {
-    /// History of the material at each point.
-    fn states(&self) -> &[S];
-
-    /// Rotation at each point.
-    fn rotations(&self) -> &[Rotation<R>];
-
+/// What an element keeps from step to step; its points keep their own.
+#[derive(Clone, Copy, Debug)]
+pub struct ElementHistory<R, Own> {
     /// Stable time step at t_n, s.
-    fn stable_time_step(&self) -> R;
+    pub stable_time_step: R,
+    /// Pressure of bulk viscosity at t_n, Pa.
+    pub viscous_pressure: R,
+    /// What only elements of its kind keep.
+    pub own: Own,
+}
+
+/// The numbers of a history that only one kind of element has.
+pub trait OwnHistory<R: Real>: PointState<R> {
+    /// That of an element that has not moved.
+    fn at_rest() -> Self;
 
     /// What the element shares with its neighbours.
     fn neighbourhood(&self) -> Option<&Neighbourhood<R>> {
@@ -207,13 +245,36 @@ pub trait ElementHistory<R: Real, S>: Copy + Send + Sync + 'static {
     fn neighbourhood_mut(&mut self) -> Option<&mut Neighbourhood<R>> {
         None
     }
+}
+
+impl<R: Real> OwnHistory<R> for () {
+    fn at_rest() -> Self {}
+}
+
+impl<R: Real, Own: OwnHistory<R>> ElementHistory<R, Own> {
+    /// That of an element that has not moved and has this stable time step (s).
+    pub fn new(stable_time_step: f64) -> Self {
+        Self { stable_time_step: R::splat(stable_time_step), viscous_pressure: R::splat(0.0), own: Own::at_rest() }
+    }
 
     /// Calls `visit` with every number.
-    fn for_each(&self, visit: impl FnMut(R));
+    pub fn for_each(&self, mut visit: impl FnMut(R)) {
+        visit(self.stable_time_step);
+        visit(self.viscous_pressure);
+        self.own.for_each(visit);
+    }
 
     /// The history whose numbers `next` gives in the order of [`ElementHistory::for_each`].
-    fn from_numbers(next: impl FnMut() -> R) -> Self;
+    pub fn from_numbers(mut next: impl FnMut() -> R) -> Self {
+        Self { stable_time_step: next(), viscous_pressure: next(), own: Own::from_numbers(next) }
+    }
 
     /// `chosen` where the mask is set, else `otherwise`.
-    fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self;
+    pub fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
+        Self {
+            stable_time_step: R::select(mask, chosen.stable_time_step, otherwise.stable_time_step),
+            viscous_pressure: R::select(mask, chosen.viscous_pressure, otherwise.viscous_pressure),
+            own: Own::select(mask, &chosen.own, &otherwise.own),
+        }
+    }
 }

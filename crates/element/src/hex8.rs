@@ -22,12 +22,13 @@
 //! the forces, which makes their power the stress power: ∫ T : D̄ dv = ∫ (dev T : D + p̄ tr D) dv with p̄ v = ∫ p dv.
 
 use crate::PER_ROOT_3;
-use crate::bulk_viscosity::{BulkViscosity, ViscousState, damped_step_factor};
+use crate::bulk_viscosity::{ViscousState, damped_step_factor};
 use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate, Tangent, stiffening};
 use crate::stable_time_step::{ElasticBounds, ElementGeometry, Metrics};
 use arrayvec::ArrayVec;
-use estar_material::{IsotropicElasticity, Material, Motion, PointGradients, PointState, StepKinematics};
-use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, inlined, prefetch};
+use estar_material::points::PackPoints;
+use estar_material::{IsotropicElasticity, PointGradients};
+use estar_tensor::{Real, SymmetricTensor, Tensor, Vector3, array, inlined};
 
 /// Corners of an element.
 pub const CORNERS: usize = 8;
@@ -69,78 +70,14 @@ pub type HexMotion<R> = ElementMotion<R, CORNERS>;
 /// What a step of a hex gives.
 pub type HexUpdate<R> = ElementUpdate<R, CORNERS>;
 
-/// History of an element's points.
-#[derive(Clone, Copy, Debug)]
-pub struct HexHistory<State, R> {
-    /// History of the material.
-    pub states: [State; POINTS],
-    /// Rotations R_n, the first guesses of the next polar decompositions; none where the theory needs none.
-    pub rotations: [Rotation<R>; POINTS],
-    /// Stable time step at t_n, s.
-    pub stable_time_step: R,
-    /// Pressure of bulk viscosity at t_n, Pa.
-    pub viscous_pressure: R,
-}
-
-impl<R: Real, S: PointState<R>> ElementHistory<R, S> for HexHistory<S, R> {
-    fn states(&self) -> &[S] {
-        &self.states
-    }
-
-    fn rotations(&self) -> &[Rotation<R>] {
-        &self.rotations
-    }
-
-    fn stable_time_step(&self) -> R {
-        self.stable_time_step
-    }
-
-    fn for_each(&self, mut visit: impl FnMut(R)) {
-        for (state, rotation) in self.states.iter().zip(&self.rotations) {
-            state.for_each(&mut visit);
-            rotation.0.into_iter().for_each(&mut visit);
-        }
-        visit(self.stable_time_step);
-        visit(self.viscous_pressure);
-    }
-
-    fn from_numbers(mut next: impl FnMut() -> R) -> Self {
-        let points: [_; POINTS] = array(|_| (S::from_numbers(&mut next), Rotation(array(|_| next()))));
-        Self {
-            states: points.map(|(state, _)| state),
-            rotations: points.map(|(_, rotation)| rotation),
-            stable_time_step: next(),
-            viscous_pressure: next(),
-        }
-    }
-
-    fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
-        let number = |chosen: R, otherwise: R| R::select(mask, chosen, otherwise);
-        let rotation =
-            |point: usize| Rotation(array(|i| number(chosen.rotations[point].0[i], otherwise.rotations[point].0[i])));
-        Self {
-            states: array(|point| S::select(mask, &chosen.states[point], &otherwise.states[point])),
-            rotations: array(rotation),
-            stable_time_step: number(chosen.stable_time_step, otherwise.stable_time_step),
-            viscous_pressure: number(chosen.viscous_pressure, otherwise.viscous_pressure),
-        }
-    }
-}
+/// What a hex keeps.
+pub type HexHistory<R> = ElementHistory<R, ()>;
 
 impl Element<CORNERS> for Formulation {
     const HAS_LINEAR_FORCES: bool = true;
     const POINTS: usize = POINTS;
     const PARENT: [[f64; 3]; CORNERS] = CORNER_SIGNS;
-    type History<R: Real, S: PointState<R>> = HexHistory<S, R>;
-
-    fn initial_history<R: Real, M: Material>(material: &M, stable_time_step: f64) -> HexHistory<M::State<R>, R> {
-        HexHistory {
-            states: [material.initial_state(); POINTS],
-            rotations: [Rotation::identity(); POINTS],
-            stable_time_step: R::splat(stable_time_step),
-            viscous_pressure: R::splat(0.0),
-        }
-    }
+    type Own<R: Real> = ();
 
     fn lumped_mass(reference: &CornerVectors<f64>, density: f64) -> [f64; CORNERS] {
         lumped_mass(reference, density)
@@ -151,16 +88,151 @@ impl Element<CORNERS> for Formulation {
     }
 
     #[inline(always)]
-    fn advance<R: Real, M: Material>(
+    fn advance<R: Real>(
         self,
-        material: &M,
-        history: &mut HexHistory<M::State<R>, R>,
-        upcoming: Option<&HexHistory<M::State<R>, R>>,
+        elasticity: &IsotropicElasticity,
+        mut points: PackPoints<'_, R>,
+        history: &mut HexHistory<R>,
         motion: &HexMotion<R>,
         step: &ElementStep,
     ) -> HexUpdate<R> {
-        let ElementStep { bulk_viscosity, time_step } = *step;
-        advance(material, history, upcoming, motion, &HexStep { formulation: self, bulk_viscosity, time_step })
+        let reference_modes = eightfold_modes(&motion.reference);
+        let position_modes = eightfold_modes(&motion.position);
+        let velocity_modes = eightfold_modes(&motion.velocity);
+        let reference = ParentGradients::new(&reference_modes);
+        let position = ParentGradients::new(&position_modes);
+        let velocity = ParentGradients::new(&velocity_modes);
+        let centre = Centre::new(&reference_modes, &position_modes, &velocity_modes, step.time_step);
+        let zero = R::splat(0.0);
+        let viscous = step
+            .bulk_viscosity
+            .map(|viscosity| viscosity.response(&viscous_state(elasticity, &centre, history.stable_time_step)));
+        let viscous_pressure = viscous.map_or(zero, |response| response.pressure);
+
+        let gradients = inlined!(|point: usize| PointGradients {
+            reference: reference.at(point),
+            position: position.at(point),
+            velocity: velocity.at(point),
+        });
+        // Each stage takes all points before the next: many short chains of operations side by side keep the processor busier
+        // than one long chain a point.
+        // (i) the motion of the points
+        let volumetric = match self {
+            Formulation::Full => None,
+            Formulation::FBar => {
+                Some(Volumetric { increment: centre.volumetric_rate * step.time_step, jacobian: centre.jacobian })
+            }
+            Formulation::BBar => Some(Volumetric::mean(gradients, step.time_step)),
+        };
+        let needs = points.points.needs();
+        let exchange = &mut *points.exchange;
+        exchange.tells_flow = false;
+        let mut per_reference_volumes = ArrayVec::<R, POINTS>::new();
+        let mut volume_change = zero;
+        for (point, told) in exchange.motions.iter_mut().enumerate() {
+            let gradients = gradients(point);
+            let (scaled_gradient, per_reference_volume) = gradients.scaled_deformation_gradient();
+            per_reference_volumes.push(per_reference_volume);
+            let (mut increment, volume_half) = gradients.incremental_displacement_gradient(step.time_step);
+            let trace = increment.trace();
+            volume_change = trace.mul_add(volume_half, volume_change);
+            if let Some(volumetric) = volumetric {
+                // L̄ = L + ⅓ (θ̄ − tr L) I, of F-bar θ̄ = tr L₀
+                increment = increment.plus_spherical((volumetric.increment - trace) * (1.0 / 3.0));
+            }
+            told.incremental_displacement_gradient = increment;
+            told.volume_half = volume_half;
+            if needs.rotation {
+                told.scaled_gradient = scaled_gradient;
+            }
+            if needs.deformation_gradient {
+                let mut deformation_gradient = scaled_gradient * per_reference_volume;
+                if let Some(volumetric) = volumetric {
+                    // F̄ = (J̄/J)^⅓ F, of F-bar J̄ = J₀
+                    let scale = (volumetric.jacobian / deformation_gradient.determinant()).cbrt();
+                    deformation_gradient = deformation_gradient * scale;
+                }
+                told.deformation_gradient = deformation_gradient;
+            }
+        }
+
+        // (ii) history and stress
+        let update = points.update(step.time_step);
+        let stresses = &points.exchange.stresses;
+
+        // (iii) forces f_a = Σ_q T cof(∂x/∂ξ) ∂N_a/∂ξ, of B-bar with the mean pressure in T
+        let mean_stress = if self == Formulation::BBar {
+            let (mut sum, mut volume) = (zero, zero);
+            for (point, stress) in stresses.iter().enumerate() {
+                let jacobian = position.at(point).determinant();
+                sum = stress.trace().mul_add(jacobian, sum);
+                volume += jacobian;
+            }
+            Some(sum / (volume * 3.0))
+        } else {
+            None
+        };
+        let mut cofactors = ArrayVec::<Tensor<R>, POINTS>::new();
+        let mut fluxes = ArrayVec::<Tensor<R>, POINTS>::new();
+        let mut volume = zero;
+        let mut min_jacobian = centre.jacobian;
+        let mut metrics = Metrics::none();
+        for (point, &stress) in stresses.iter().enumerate() {
+            let position_gradient = position.at(point);
+            let cofactor = position_gradient.cofactor();
+            let jacobian = position_gradient.columns[0].dot(cofactor.columns[0]);
+            volume += jacobian;
+            min_jacobian = min_jacobian.min(jacobian * per_reference_volumes[point]);
+            metrics = metrics.with(&position_gradient, &cofactor, jacobian);
+            let mut stress = stress;
+            if let Some(mean) = mean_stress {
+                stress = stress.plus_spherical(mean - stress.trace() * (1.0 / 3.0));
+            }
+            fluxes.push(stress.plus_spherical(-viscous_pressure).to_tensor().dot(&cofactor));
+            cofactors.push(cofactor);
+        }
+
+        let mean_divergence = ParentGradients::sums(&cofactors).transposed();
+        let geometry = ElementGeometry {
+            metric: metrics.greatest(),
+            volume,
+            mean_divergence_squared: corner_norm_squared(&mean_divergence),
+            divergence_difference_squared: {
+                // V b₀ has the linear modes 8 cof₀ V/(8 j₀)
+                let scale = volume / centre.parent_jacobian;
+                let mut difference = mean_divergence;
+                for (mode, column) in difference.iter_mut().zip(centre.cofactor.columns) {
+                    *mode = *mode - column * scale;
+                }
+                corner_norm_squared(&difference)
+            },
+        };
+        let bounds =
+            ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
+        let undamped = match self {
+            Formulation::Full => bounds.stable_time_step(&geometry, motion.corner_mass),
+            Formulation::FBar => bounds.stable_time_step_f_bar(&geometry, motion.corner_mass),
+            Formulation::BBar => bounds.stable_time_step_b_bar(&geometry, motion.corner_mass),
+        };
+        let undamped = if let Some(ratio) = update.stiffening { undamped / ratio.sqrt() } else { undamped };
+        history.stable_time_step = undamped;
+        // −∫∫ q dV̇ dt, the mean pressure of the step on the volume change of all points, as the forces have it
+        let mean_pressure = (history.viscous_pressure + viscous_pressure) * 0.5;
+        let viscous_energy = -(mean_pressure * volume_change);
+        history.viscous_pressure = viscous_pressure;
+        HexUpdate {
+            internal_force: {
+                let eightfold = corner_values(&ParentGradients::sums(&fluxes).transposed());
+                array(|corner| eightfold[corner] * R::splat(1.0 / 8.0))
+            },
+            internal_energy: update.internal_energy,
+            plastic_dissipation: update.plastic_dissipation,
+            viscous_energy,
+            hourglass_energy: zero,
+            min_jacobian,
+            stable_time_step: viscous
+                .map_or(undamped, |response| undamped * damped_step_factor(response.damping_ratio)),
+        }
     }
 
     fn is_damped(self) -> bool {
@@ -248,17 +320,6 @@ impl Element<CORNERS> for Formulation {
         let eightfold = corner_values(&modes);
         array(|corner| eightfold[corner] * R::splat(1.0 / 8.0))
     }
-}
-
-/// A step of an element of this formulation.
-#[derive(Clone, Copy, Debug)]
-pub struct HexStep {
-    /// Formulation.
-    pub formulation: Formulation,
-    /// Bulk viscosity, if any.
-    pub bulk_viscosity: Option<BulkViscosity>,
-    /// Δt from t_n to t_{n+1}, s.
-    pub time_step: f64,
 }
 
 /// Derivatives of a vector field by ξ, η and ζ: `along[0][j + 2 k]`, `along[1][i + 2 k]`, `along[2][i + 2 j]`.
@@ -455,183 +516,6 @@ fn viscous_state<R: Real>(
     let wave_speed = (R::splat(elasticity.p_wave_modulus()) / density).sqrt();
     let length = wave_speed * stable_time_step;
     ViscousState { volumetric_rate: centre.volumetric_rate, density, wave_speed, length }
-}
-
-/// One step of an element: stress and history of its points at t_{n+1}, the internal force there, energies and the
-/// stable time step on the new geometry. `upcoming` is the history of the pack that comes next, prefetched meanwhile: a
-/// part of it with each point, since all at once would wait for the memory.
-#[inline(always)]
-pub fn advance<R: Real, M: Material>(
-    material: &M,
-    history: &mut HexHistory<M::State<R>, R>,
-    upcoming: Option<&HexHistory<M::State<R>, R>>,
-    motion: &HexMotion<R>,
-    step: &HexStep,
-) -> HexUpdate<R> {
-    let elasticity = material.elasticity();
-    let reference_modes = eightfold_modes(&motion.reference);
-    let position_modes = eightfold_modes(&motion.position);
-    let velocity_modes = eightfold_modes(&motion.velocity);
-    let reference = ParentGradients::new(&reference_modes);
-    let position = ParentGradients::new(&position_modes);
-    let velocity = ParentGradients::new(&velocity_modes);
-    let centre = Centre::new(&reference_modes, &position_modes, &velocity_modes, step.time_step);
-    let zero = R::splat(0.0);
-    let viscous = step
-        .bulk_viscosity
-        .map(|viscosity| viscosity.response(&viscous_state(elasticity, &centre, history.stable_time_step)));
-    let viscous_pressure = viscous.map_or(zero, |response| response.pressure);
-
-    let gradients = inlined!(|point: usize| PointGradients {
-        reference: reference.at(point),
-        position: position.at(point),
-        velocity: velocity.at(point),
-    });
-    // Each stage takes all points before the next: many short chains of operations side by side keep the processor busier
-    // than one long chain a point.
-    // (i) F and R of the polar decomposition
-    let mut scaled_gradients = ArrayVec::<Tensor<R>, POINTS>::new();
-    let mut per_reference_volumes = ArrayVec::<R, POINTS>::new();
-    for point in 0..POINTS {
-        let (scaled_gradient, per_reference_volume) = gradients(point).scaled_deformation_gradient();
-        scaled_gradients.push(scaled_gradient);
-        per_reference_volumes.push(per_reference_volume);
-    }
-    let mut rotations = ArrayVec::<Rotation<R>, POINTS>::new();
-    for (point, scaled_gradient) in scaled_gradients.iter().enumerate() {
-        if let Some(upcoming) = upcoming {
-            prefetch(&upcoming.states[point]);
-        }
-        let rotation_old = &history.rotations[point];
-        rotations.push(if M::Motion::<R>::NEEDS_ROTATION {
-            Rotation::nearest(scaled_gradient, *rotation_old)
-        } else {
-            *rotation_old
-        });
-    }
-
-    // (ii) the motion that the material sees
-    let volumetric = match step.formulation {
-        Formulation::Full => None,
-        Formulation::FBar => {
-            Some(Volumetric { increment: centre.volumetric_rate * step.time_step, jacobian: centre.jacobian })
-        }
-        Formulation::BBar => Some(Volumetric::mean(gradients, step.time_step)),
-    };
-    let mut motions = ArrayVec::<M::Motion<R>, POINTS>::new();
-    let mut volumes_half = ArrayVec::<R, POINTS>::new();
-    let mut volume_change = zero;
-    for (point, &scaled_gradient) in scaled_gradients.iter().enumerate() {
-        if let Some(upcoming) = upcoming {
-            prefetch(&upcoming.rotations[point]);
-        }
-        let (incremental_displacement_gradient, volume_half) =
-            gradients(point).incremental_displacement_gradient(step.time_step);
-        let deformation_gradient = scaled_gradient * per_reference_volumes[point];
-        let mut kinematics = StepKinematics {
-            incremental_displacement_gradient,
-            deformation_gradient,
-            rotation_old: history.rotations[point],
-            rotation_new: rotations[point],
-        };
-        history.rotations[point] = rotations[point];
-        let trace = incremental_displacement_gradient.trace();
-        volume_change = trace.mul_add(volume_half, volume_change);
-        if let Some(volumetric) = volumetric {
-            // L̄ = L + ⅓ (θ̄ − tr L) I, F̄ = (J̄/J)^⅓ F, of F-bar θ̄ = tr L₀ and J̄ = J₀
-            let correction = (volumetric.increment - trace) * (1.0 / 3.0);
-            kinematics.incremental_displacement_gradient = incremental_displacement_gradient.plus_spherical(correction);
-            let scale = (volumetric.jacobian / deformation_gradient.determinant()).cbrt();
-            kinematics.deformation_gradient = deformation_gradient * scale;
-        }
-        motions.push(M::Motion::new(&kinematics));
-        volumes_half.push(volume_half);
-    }
-
-    // (iii) history, and ∫ T : D dV over the step on the mid-step volume
-    let (mut internal_energy, mut plastic_dissipation) = (zero, zero);
-    let mut stiffening = None;
-    for ((state, motion), &volume_half) in history.states.iter_mut().zip(&motions).zip(&volumes_half) {
-        let update = material.update(state, motion, step.time_step);
-        *state = update.state;
-        if let Some(ratio) = material.stiffening(state, motion) {
-            stiffening = Some(stiffening.map_or(ratio, |largest: R| largest.max(ratio)));
-        }
-        internal_energy = update.internal_energy.mul_add(volume_half, internal_energy);
-        plastic_dissipation = update.plastic_dissipation.mul_add(volume_half, plastic_dissipation);
-    }
-
-    // (iv) forces f_a = Σ_q T cof(∂x/∂ξ) ∂N_a/∂ξ, of B-bar with the mean pressure in T
-    let mean_stress = if step.formulation == Formulation::BBar {
-        let (mut sum, mut volume) = (zero, zero);
-        for (point, state) in history.states.iter().enumerate() {
-            let jacobian = position.at(point).determinant();
-            sum = material.cauchy_stress(state, history.rotations[point]).trace().mul_add(jacobian, sum);
-            volume += jacobian;
-        }
-        Some(sum / (volume * 3.0))
-    } else {
-        None
-    };
-    let mut cofactors = ArrayVec::<Tensor<R>, POINTS>::new();
-    let mut fluxes = ArrayVec::<Tensor<R>, POINTS>::new();
-    let mut volume = zero;
-    let mut min_jacobian = centre.jacobian;
-    let mut metrics = Metrics::none();
-    for (point, state) in history.states.iter().enumerate() {
-        let position_gradient = position.at(point);
-        let cofactor = position_gradient.cofactor();
-        let jacobian = position_gradient.columns[0].dot(cofactor.columns[0]);
-        volume += jacobian;
-        min_jacobian = min_jacobian.min(jacobian * per_reference_volumes[point]);
-        metrics = metrics.with(&position_gradient, &cofactor, jacobian);
-        let mut stress = material.cauchy_stress(state, history.rotations[point]);
-        if let Some(mean) = mean_stress {
-            stress = stress.plus_spherical(mean - stress.trace() * (1.0 / 3.0));
-        }
-        fluxes.push(stress.plus_spherical(-viscous_pressure).to_tensor().dot(&cofactor));
-        cofactors.push(cofactor);
-    }
-
-    let mean_divergence = ParentGradients::sums(&cofactors).transposed();
-    let geometry = ElementGeometry {
-        metric: metrics.greatest(),
-        volume,
-        mean_divergence_squared: corner_norm_squared(&mean_divergence),
-        divergence_difference_squared: {
-            // V b₀ has the linear modes 8 cof₀ V/(8 j₀)
-            let scale = volume / centre.parent_jacobian;
-            let mut difference = mean_divergence;
-            for (mode, column) in difference.iter_mut().zip(centre.cofactor.columns) {
-                *mode = *mode - column * scale;
-            }
-            corner_norm_squared(&difference)
-        },
-    };
-    let bounds = ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
-    let undamped = match step.formulation {
-        Formulation::Full => bounds.stable_time_step(&geometry, motion.corner_mass),
-        Formulation::FBar => bounds.stable_time_step_f_bar(&geometry, motion.corner_mass),
-        Formulation::BBar => bounds.stable_time_step_b_bar(&geometry, motion.corner_mass),
-    };
-    let undamped = if let Some(ratio) = stiffening { undamped / ratio.sqrt() } else { undamped };
-    history.stable_time_step = undamped;
-    // −∫∫ q dV̇ dt, the mean pressure of the step on the volume change of all points, as the forces have it
-    let mean_pressure = (history.viscous_pressure + viscous_pressure) * 0.5;
-    let viscous_energy = -(mean_pressure * volume_change);
-    history.viscous_pressure = viscous_pressure;
-    HexUpdate {
-        internal_force: {
-            let eightfold = corner_values(&ParentGradients::sums(&fluxes).transposed());
-            array(|corner| eightfold[corner] * R::splat(1.0 / 8.0))
-        },
-        internal_energy,
-        plastic_dissipation,
-        viscous_energy,
-        hourglass_energy: zero,
-        min_jacobian,
-        stable_time_step: viscous.map_or(undamped, |response| undamped * damped_step_factor(response.damping_ratio)),
-    }
 }
 
 /// Σ_a |f_a|² of the corner values ⅛ Σ modes, from the orthogonality of the modes: ⅛ Σ |mode|².

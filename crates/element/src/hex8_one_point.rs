@@ -15,13 +15,14 @@
 
 use crate::PER_ROOT_3;
 use crate::bulk_viscosity::{ViscousState, damped_step_factor};
-use crate::element::{Element, ElementHistory, ElementStep, Tangent, stiffening};
+use crate::element::{Element, ElementHistory, ElementStep, OwnHistory, Tangent, stiffening};
 use crate::hex8::{
     self, CORNER_SIGNS, CORNERS, CornerVectors, HexMotion, HexUpdate, Modes, corner_values, eightfold_modes,
 };
 use crate::stable_time_step::{ElasticBounds, Metrics};
-use estar_material::{IsotropicElasticity, Material, Motion, PointState, StepKinematics};
-use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, inlined, prefetch};
+use estar_material::points::{Exchange, PackPoints};
+use estar_material::{IsotropicElasticity, PointState};
+use estar_tensor::{Real, SymmetricTensor, Tensor, Vector3, array, inlined};
 
 /// Hourglass modes.
 const HOURGLASS: usize = 4;
@@ -49,63 +50,27 @@ pub enum HourglassControl {
     },
 }
 
-/// History of an element.
+/// Hourglass forces Q̂_α of an element in the frame that turns with it, N.
 #[derive(Clone, Copy, Debug)]
-pub struct OnePointHistory<State, R> {
-    /// History of the material.
-    pub states: [State; 1],
-    /// Rotation R_n.
-    pub rotations: [Rotation<R>; 1],
-    /// Q̂ at t_n, N, of ξη, ηζ, ζξ, ξηζ as scaled above.
-    pub hourglass_forces: [Vector3<R>; HOURGLASS],
-    /// Stable time step at t_n, s.
-    pub stable_time_step: R,
-    /// Pressure of bulk viscosity at t_n, Pa.
-    pub viscous_pressure: R,
-}
+pub struct HourglassForces<R>(pub [Vector3<R>; HOURGLASS]);
 
-impl<R: Real, S: PointState<R>> ElementHistory<R, S> for OnePointHistory<S, R> {
-    fn states(&self) -> &[S] {
-        &self.states
-    }
-
-    fn rotations(&self) -> &[Rotation<R>] {
-        &self.rotations
-    }
-
-    fn stable_time_step(&self) -> R {
-        self.stable_time_step
-    }
-
-    fn for_each(&self, mut visit: impl FnMut(R)) {
-        self.states[0].for_each(&mut visit);
-        self.rotations[0].0.into_iter().for_each(&mut visit);
-        self.hourglass_forces.iter().flat_map(|force| force.0).for_each(&mut visit);
-        visit(self.stable_time_step);
-        visit(self.viscous_pressure);
+impl<R: Real> PointState<R> for HourglassForces<R> {
+    fn for_each(&self, visit: impl FnMut(R)) {
+        self.0.iter().flat_map(|force| force.0).for_each(visit);
     }
 
     fn from_numbers(mut next: impl FnMut() -> R) -> Self {
-        Self {
-            states: [S::from_numbers(&mut next)],
-            rotations: [Rotation(array(|_| next()))],
-            hourglass_forces: array(|_| Vector3(array(|_| next()))),
-            stable_time_step: next(),
-            viscous_pressure: next(),
-        }
+        Self(array(|_| Vector3(array(|_| next()))))
     }
 
     fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
-        let number = |chosen: R, otherwise: R| R::select(mask, chosen, otherwise);
-        Self {
-            states: [S::select(mask, &chosen.states[0], &otherwise.states[0])],
-            rotations: [Rotation(array(|i| number(chosen.rotations[0].0[i], otherwise.rotations[0].0[i])))],
-            hourglass_forces: array(|mode| {
-                Vector3::select(mask, chosen.hourglass_forces[mode], otherwise.hourglass_forces[mode])
-            }),
-            stable_time_step: number(chosen.stable_time_step, otherwise.stable_time_step),
-            viscous_pressure: number(chosen.viscous_pressure, otherwise.viscous_pressure),
-        }
+        Self(array(|mode| Vector3::select(mask, chosen.0[mode], otherwise.0[mode])))
+    }
+}
+
+impl<R: Real> OwnHistory<R> for HourglassForces<R> {
+    fn at_rest() -> Self {
+        Self([Vector3::zero(); HOURGLASS])
     }
 }
 
@@ -370,17 +335,7 @@ impl Element<CORNERS> for HourglassControl {
     const HAS_LINEAR_FORCES: bool = true;
     const POINTS: usize = 1;
     const PARENT: [[f64; 3]; CORNERS] = CORNER_SIGNS;
-    type History<R: Real, S: PointState<R>> = OnePointHistory<S, R>;
-
-    fn initial_history<R: Real, M: Material>(material: &M, stable_time_step: f64) -> Self::History<R, M::State<R>> {
-        OnePointHistory {
-            states: [material.initial_state()],
-            rotations: [Rotation::identity()],
-            hourglass_forces: [Vector3::zero(); HOURGLASS],
-            stable_time_step: R::splat(stable_time_step),
-            viscous_pressure: R::splat(0.0),
-        }
-    }
+    type Own<R: Real> = HourglassForces<R>;
 
     fn lumped_mass(reference: &CornerVectors<f64>, density: f64) -> [f64; CORNERS] {
         hex8::lumped_mass(reference, density)
@@ -391,18 +346,14 @@ impl Element<CORNERS> for HourglassControl {
     }
 
     #[inline(always)]
-    fn advance<R: Real, M: Material>(
+    fn advance<R: Real>(
         self,
-        material: &M,
-        history: &mut Self::History<R, M::State<R>>,
-        upcoming: Option<&Self::History<R, M::State<R>>>,
+        elasticity: &IsotropicElasticity,
+        mut points: PackPoints<'_, R>,
+        history: &mut ElementHistory<R, HourglassForces<R>>,
         motion: &HexMotion<R>,
         step: &ElementStep,
     ) -> HexUpdate<R> {
-        if let Some(upcoming) = upcoming {
-            prefetch(upcoming);
-        }
-        let elasticity = material.elasticity();
         let zero = R::splat(0.0);
         let reference = scaled_modes(&motion.reference);
         let position = scaled_modes(&motion.position);
@@ -411,12 +362,8 @@ impl Element<CORNERS> for HourglassControl {
         let jacobian = now.weight * initially.per_weight;
         let volume = now.volume();
 
-        // (i) the mean motion and what the bound needs of the geometry, the rotation first: a chain of operations each of which
-        // waits for the last, beside which the processor has time for all the rest
+        // (i) the mean motion
         let mean_gradient = initially.weighted_gradient(&position);
-        let rotation_old = history.rotations[0];
-        let rotation = Rotation::nearest(&mean_gradient, rotation_old);
-        history.rotations[0] = rotation;
         let velocity = scaled_modes(&motion.velocity);
         let half_step = R::splat(-0.5 * step.time_step);
         let mut half = position;
@@ -426,28 +373,28 @@ impl Element<CORNERS> for HourglassControl {
         let midway = MeanOperator::new(&half);
         let volume_half = midway.volume();
         let velocity_gradient = midway.gradient(&velocity);
+        let told = &mut points.exchange.motions[0];
+        told.incremental_displacement_gradient = velocity_gradient * R::splat(step.time_step);
+        told.scaled_gradient = mean_gradient;
+        told.volume_half = volume_half;
+        if points.points.needs().deformation_gradient {
+            // the volume is that of the hex, not of its mean gradient
+            told.deformation_gradient = mean_gradient * (jacobian / mean_gradient.determinant()).cbrt();
+        }
+        points.exchange.tells_flow = true;
+
+        // (ii) history and stress of the point, and what the bound needs of the geometry
+        let update = points.update(step.time_step);
+        let Exchange { stresses: [stress, ..], rotations: [[rotation_old, rotation], ..], flow: [flow, ..], .. } =
+            *points.exchange;
         let mut slip_rates = slips(&velocity_gradient, &velocity, &half);
         let uniform = now.uniform_stiffness(elasticity);
         let obliqueness = now.obliqueness(&position);
-        // the volume is that of the hex, not of its mean gradient
-        let deformation_gradient = mean_gradient * (jacobian / mean_gradient.determinant()).cbrt();
-        let motion_of_point = M::Motion::new(&StepKinematics {
-            incremental_displacement_gradient: velocity_gradient * R::splat(step.time_step),
-            deformation_gradient,
-            rotation_old,
-            rotation_new: rotation,
-        });
         let volumetric_rate = velocity_gradient.trace();
         let viscous = step.bulk_viscosity.map(|viscosity| {
             viscosity.response(&viscous_state(elasticity, volumetric_rate, jacobian, history.stable_time_step))
         });
         let viscous_pressure = viscous.map_or(zero, |response| response.pressure);
-
-        // (ii) history and stress of the point
-        let strain_old = material.equivalent_plastic_strain(&history.states[0]);
-        let update = material.update(&history.states[0], &motion_of_point, step.time_step);
-        history.states[0] = update.state;
-        let stress = material.cauchy_stress(&update.state, rotation);
 
         // (iii) hourglass forces, in the frame that turns with the element
         let turned = rotation.to_tensor();
@@ -457,7 +404,7 @@ impl Element<CORNERS> for HourglassControl {
             *rate = turned_half.transpose_apply(*rate);
             *slip = *rate * R::splat(step.time_step);
         }
-        let forces_old = history.hourglass_forces;
+        let HourglassForces(forces_old) = history.own;
         let mut hourglass_stiffness = zero;
         let mut hourglass_viscosity = zero;
         let mut forces = forces_old;
@@ -473,7 +420,6 @@ impl Element<CORNERS> for HourglassControl {
                 hourglass_stiffness = assumed.bound(&tangents, volume);
                 let increments = assumed.forces(&slips, &tangents, volume);
                 // the deviator returns by ‖s‖/‖s trial‖ = σ/(σ + 3μ Δε̄ᵖ), and by the flow rule so does what is added to it
-                let flow = material.equivalent_plastic_strain(&update.state) - strain_old;
                 let equivalent = (stress.deviator().norm_squared() * 1.5).sqrt();
                 let returned = equivalent / flow.mul_add(R::splat(3.0 * elasticity.shear_modulus()), equivalent);
                 let kept = R::select(flow.gt(zero), returned, R::splat(1.0));
@@ -494,7 +440,7 @@ impl Element<CORNERS> for HourglassControl {
                 }
             }
         }
-        history.hourglass_forces = forces;
+        history.own = HourglassForces(forces);
         let mut hourglass_energy = zero;
         for alpha in 0..HOURGLASS {
             hourglass_energy += (forces_old[alpha] + forces[alpha]).dot(slips[alpha]);
@@ -512,7 +458,7 @@ impl Element<CORNERS> for HourglassControl {
         let of_corners = obliqueness * 0.125;
         let largest = largest_stiffness(uniform, hourglass_stiffness * of_corners, obliqueness);
         let mut undamped = (motion.corner_mass / largest).sqrt() * 2.0;
-        if let Some(ratio) = material.stiffening(&update.state, &motion_of_point) {
+        if let Some(ratio) = update.stiffening {
             // hourglass control has the moduli at rest, and does not soften with the material
             undamped = undamped / ratio.max(R::splat(1.0)).sqrt();
         }
@@ -525,8 +471,8 @@ impl Element<CORNERS> for HourglassControl {
         history.viscous_pressure = viscous_pressure;
         HexUpdate {
             internal_force,
-            internal_energy: update.internal_energy * volume_half,
-            plastic_dissipation: update.plastic_dissipation * volume_half,
+            internal_energy: update.internal_energy,
+            plastic_dissipation: update.plastic_dissipation,
             viscous_energy,
             hourglass_energy,
             min_jacobian: jacobian,

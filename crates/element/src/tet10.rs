@@ -39,8 +39,9 @@ use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, Elemen
 use crate::stable_time_step::{ElasticBounds, Metrics, TetGeometry, TetParent};
 use crate::tet_parent::{self, CORNERS, SIGNS};
 use arrayvec::ArrayVec;
-use estar_material::{IsotropicElasticity, Material, Motion, PointGradients, PointState, StepKinematics};
-use estar_tensor::{Real, Rotation, SymmetricTensor, Tensor, Vector3, array, prefetch};
+use estar_material::points::PackPoints;
+use estar_material::{IsotropicElasticity, PointGradients};
+use estar_tensor::{Real, SymmetricTensor, Tensor, Vector3};
 
 /// Nodes of an element.
 pub const NODES: usize = 10;
@@ -76,64 +77,6 @@ pub struct Tet10;
 
 /// A vector at each node.
 type NodeVectors<R> = [Vector3<R>; NODES];
-
-/// History of an element's points.
-#[derive(Clone, Copy, Debug)]
-pub struct Tet10History<State, R> {
-    /// History of the material.
-    pub states: [State; POINTS],
-    /// Rotations R_n; none where the theory needs none.
-    pub rotations: [Rotation<R>; POINTS],
-    /// Stable time step at t_n, s.
-    pub stable_time_step: R,
-    /// Pressure of bulk viscosity at t_n, Pa.
-    pub viscous_pressure: R,
-}
-
-impl<R: Real, S: PointState<R>> ElementHistory<R, S> for Tet10History<S, R> {
-    fn states(&self) -> &[S] {
-        &self.states
-    }
-
-    fn rotations(&self) -> &[Rotation<R>] {
-        &self.rotations
-    }
-
-    fn stable_time_step(&self) -> R {
-        self.stable_time_step
-    }
-
-    fn for_each(&self, mut visit: impl FnMut(R)) {
-        for (state, rotation) in self.states.iter().zip(&self.rotations) {
-            state.for_each(&mut visit);
-            rotation.0.into_iter().for_each(&mut visit);
-        }
-        visit(self.stable_time_step);
-        visit(self.viscous_pressure);
-    }
-
-    fn from_numbers(mut next: impl FnMut() -> R) -> Self {
-        let points: [_; POINTS] = array(|_| (S::from_numbers(&mut next), Rotation(array(|_| next()))));
-        Self {
-            states: points.map(|(state, _)| state),
-            rotations: points.map(|(_, rotation)| rotation),
-            stable_time_step: next(),
-            viscous_pressure: next(),
-        }
-    }
-
-    fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
-        let number = |chosen: R, otherwise: R| R::select(mask, chosen, otherwise);
-        let rotation =
-            |point: usize| Rotation(array(|i| number(chosen.rotations[point].0[i], otherwise.rotations[point].0[i])));
-        Self {
-            states: array(|point| S::select(mask, &chosen.states[point], &otherwise.states[point])),
-            rotations: array(rotation),
-            stable_time_step: number(chosen.stable_time_step, otherwise.stable_time_step),
-            viscous_pressure: number(chosen.viscous_pressure, otherwise.viscous_pressure),
-        }
-    }
-}
 
 /// ∂x/∂r at the points.
 #[inline(always)]
@@ -213,16 +156,7 @@ impl Element<NODES> for Tet10 {
         }
         parent
     };
-    type History<R: Real, S: PointState<R>> = Tet10History<S, R>;
-
-    fn initial_history<R: Real, M: Material>(material: &M, stable_time_step: f64) -> Tet10History<M::State<R>, R> {
-        Tet10History {
-            states: [material.initial_state(); POINTS],
-            rotations: [Rotation::identity(); POINTS],
-            stable_time_step: R::splat(stable_time_step),
-            viscous_pressure: R::splat(0.0),
-        }
-    }
+    type Own<R: Real> = ();
 
     fn lumped_mass(reference: &NodeVectors<f64>, density: f64) -> [f64; NODES] {
         let mass = density * enclosed_volume(reference);
@@ -234,34 +168,29 @@ impl Element<NODES> for Tet10 {
     }
 
     #[inline(always)]
-    fn advance<R: Real, M: Material>(
+    fn advance<R: Real>(
         self,
-        material: &M,
-        history: &mut Tet10History<M::State<R>, R>,
-        upcoming: Option<&Tet10History<M::State<R>, R>>,
+        elasticity: &IsotropicElasticity,
+        mut points: PackPoints<'_, R>,
+        history: &mut ElementHistory<R, ()>,
         motion: &ElementMotion<R, NODES>,
         step: &ElementStep,
     ) -> ElementUpdate<R, NODES> {
-        let elasticity = material.elasticity();
         let zero = R::splat(0.0);
         let weight = R::splat(WEIGHT);
         let (reference, position, velocity) =
             (gradients(&motion.reference), gradients(&motion.position), gradients(&motion.velocity));
 
-        // (i) L, F and R of every point, and the mean volume change θ̄ = ∫ tr L dv / v, J̄ = v/V
+        // (i) L and F of every point, and the mean volume change θ̄ = ∫ tr L dv / v, J̄ = v/V
         let mut increments = ArrayVec::<Tensor<R>, POINTS>::new();
         let mut volumes_half = ArrayVec::<R, POINTS>::new();
-        let mut deformation_gradients = ArrayVec::<Tensor<R>, POINTS>::new();
+        let mut per_reference_volumes = ArrayVec::<R, POINTS>::new();
         let mut jacobians = ArrayVec::<R, POINTS>::new();
-        let mut rotations = ArrayVec::<Rotation<R>, POINTS>::new();
+        let exchange = &mut *points.exchange;
         let (mut change, mut volume_half) = (zero, zero);
         let (mut parent_volume, mut reference_volume) = (zero, zero);
         let mut min_jacobian = R::splat(f64::INFINITY);
         for point in 0..POINTS {
-            if let Some(upcoming) = upcoming {
-                prefetch(&upcoming.states[point]);
-                prefetch(&upcoming.rotations[point]);
-            }
             let gradients =
                 PointGradients { reference: reference[point], position: position[point], velocity: velocity[point] };
             let (increment, half) = gradients.incremental_displacement_gradient(step.time_step);
@@ -276,13 +205,8 @@ impl Element<NODES> for Tet10 {
             reference_volume += per_reference_volume.recip();
             min_jacobian = min_jacobian.min(jacobian);
             jacobians.push(jacobian);
-            deformation_gradients.push(scaled_gradient * per_reference_volume);
-            let rotation_old = &history.rotations[point];
-            rotations.push(if M::Motion::<R>::NEEDS_ROTATION {
-                Rotation::nearest(&scaled_gradient, *rotation_old)
-            } else {
-                *rotation_old
-            });
+            per_reference_volumes.push(per_reference_volume);
+            exchange.motions[point].scaled_gradient = scaled_gradient;
         }
         let mean_increment = change / volume_half;
         let mean_jacobian = parent_volume / reference_volume;
@@ -297,42 +221,33 @@ impl Element<NODES> for Tet10 {
         });
         let viscous_pressure = viscous.map_or(zero, |response| response.pressure);
 
-        // (ii) history, and ∫ T : D̄ dV over the step on the mid-step volume
-        let (mut internal_energy, mut plastic_dissipation) = (zero, zero);
-        let mut stiffening = None;
-        for point in 0..POINTS {
-            // L̄ = L + ⅓ (θ̂ − tr L) I with θ̂ = (1 − α) θ̄ + α tr L, F̄ = (J̄/J)^{⅓ (1 − α)} F
+        // L̄ = L + ⅓ (θ̂ − tr L) I with θ̂ = (1 − α) θ̄ + α tr L, F̄ = (J̄/J)^{⅓ (1 − α)} F
+        let needs_deformation_gradient = points.points.needs().deformation_gradient;
+        for (point, told) in exchange.motions[..POINTS].iter_mut().enumerate() {
             let correction = (mean_increment - increments[point].trace()) * ((1.0 - OWN_SHARE) / 3.0);
-            let scale = stabilized(mean_jacobian / jacobians[point]).cbrt();
-            let motion = M::Motion::new(&StepKinematics {
-                incremental_displacement_gradient: increments[point].plus_spherical(correction),
-                deformation_gradient: deformation_gradients[point] * scale,
-                rotation_old: history.rotations[point],
-                rotation_new: rotations[point],
-            });
-            history.rotations[point] = rotations[point];
-            let update = material.update(&history.states[point], &motion, step.time_step);
-            history.states[point] = update.state;
-            if let Some(ratio) = material.stiffening(&update.state, &motion) {
-                stiffening = Some(stiffening.map_or(ratio, |largest: R| largest.max(ratio)));
+            told.incremental_displacement_gradient = increments[point].plus_spherical(correction);
+            told.volume_half = volumes_half[point];
+            if needs_deformation_gradient {
+                let scale = stabilized(mean_jacobian / jacobians[point]).cbrt();
+                told.deformation_gradient = told.scaled_gradient * per_reference_volumes[point] * scale;
             }
-            internal_energy = update.internal_energy.mul_add(volumes_half[point], internal_energy);
-            plastic_dissipation = update.plastic_dissipation.mul_add(volumes_half[point], plastic_dissipation);
         }
+        exchange.tells_flow = false;
+
+        // (ii) history and stress
+        let update = points.update(step.time_step);
+        let stresses = &points.exchange.stresses[..POINTS];
 
         // (iii) forces f_a = Σ_q w T cof(∂x/∂r) ∂N_a/∂r with the mean stress (1 − α) σ̄ + α σ in T
-        let mut stresses = ArrayVec::<_, POINTS>::new();
         let mut mean_stress = zero;
-        for (point, gradient) in position.iter().enumerate() {
-            let stress = material.cauchy_stress(&history.states[point], rotations[point]);
+        for (stress, gradient) in stresses.iter().zip(&position) {
             mean_stress = stress.trace().mul_add(gradient.determinant(), mean_stress);
-            stresses.push(stress);
         }
         mean_stress = mean_stress / (parent_volume * 3.0);
         let mut cofactors = ArrayVec::<Tensor<R>, POINTS>::new();
         let mut fluxes = ArrayVec::<Tensor<R>, POINTS>::new();
         let mut metrics = Metrics::none();
-        for (gradient, stress) in position.iter().zip(&stresses) {
+        for (gradient, stress) in position.iter().zip(stresses) {
             let cofactor = gradient.cofactor();
             metrics = metrics.with(gradient, &cofactor, gradient.columns[0].dot(cofactor.columns[0]));
             let shared = (mean_stress - stress.trace() * (1.0 / 3.0)) * (1.0 - OWN_SHARE) - viscous_pressure;
@@ -353,7 +268,7 @@ impl Element<NODES> for Tet10 {
         let mass = motion.corner_mass * (1.0 / CORNER_SHARE);
         let undamped =
             bounds.stable_time_step_tet10(&geometry, &TetParent { bound: PARENT_BOUND, own_share: OWN_SHARE }, mass);
-        let undamped = if let Some(ratio) = stiffening { undamped / ratio.sqrt() } else { undamped };
+        let undamped = if let Some(ratio) = update.stiffening { undamped / ratio.sqrt() } else { undamped };
         history.stable_time_step = undamped;
         // −∫∫ q dV̇ dt, the mean pressure of the step on the volume change
         let mean_pressure = (history.viscous_pressure + viscous_pressure) * 0.5;
@@ -361,8 +276,8 @@ impl Element<NODES> for Tet10 {
         history.viscous_pressure = viscous_pressure;
         ElementUpdate {
             internal_force: node_sums(&fluxes),
-            internal_energy: internal_energy * weight,
-            plastic_dissipation: plastic_dissipation * weight,
+            internal_energy: update.internal_energy * weight,
+            plastic_dissipation: update.plastic_dissipation * weight,
             viscous_energy,
             hourglass_energy: zero,
             min_jacobian,

@@ -13,8 +13,9 @@ use crate::bulk_viscosity::{ViscousState, damped_step_factor};
 use crate::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate, Neighbourhood, Tangent};
 use crate::stable_time_step::{ElasticBounds, Metrics};
 use crate::tet_parent::{self, SIGNS};
-use estar_material::{IsotropicElasticity, Material, Motion, PointGradients, PointState, StepKinematics};
-use estar_tensor::{Real, Rotation, Vector3, prefetch};
+use estar_material::points::PackPoints;
+use estar_material::{IsotropicElasticity, PointGradients};
+use estar_tensor::{Real, Vector3};
 
 /// Nodes of an element.
 pub const NODES: usize = 4;
@@ -25,88 +26,6 @@ pub struct Tet4;
 
 /// A vector at each node.
 pub type NodeVectors<R> = [Vector3<R>; NODES];
-
-/// History of an element.
-#[derive(Clone, Copy, Debug)]
-pub struct Tet4History<State, R> {
-    /// History of the material.
-    pub states: [State; 1],
-    /// Rotation R_n; none where the theory needs none.
-    pub rotations: [Rotation<R>; 1],
-    /// Stable time step at t_n, s.
-    pub stable_time_step: R,
-    /// Pressure of bulk viscosity at t_n, Pa.
-    pub viscous_pressure: R,
-    /// What is shared in the step.
-    pub neighbourhood: Neighbourhood<R>,
-}
-
-impl<R: Real> Neighbourhood<R> {
-    /// Of elements that have not moved.
-    fn at_rest() -> Self {
-        Self { jacobian: R::splat(1.0), increment: R::splat(0.0), mean_stress: R::splat(0.0) }
-    }
-}
-
-impl<R: Real, S: PointState<R>> ElementHistory<R, S> for Tet4History<S, R> {
-    fn states(&self) -> &[S] {
-        &self.states
-    }
-
-    fn rotations(&self) -> &[Rotation<R>] {
-        &self.rotations
-    }
-
-    fn stable_time_step(&self) -> R {
-        self.stable_time_step
-    }
-
-    fn neighbourhood(&self) -> Option<&Neighbourhood<R>> {
-        Some(&self.neighbourhood)
-    }
-
-    fn neighbourhood_mut(&mut self) -> Option<&mut Neighbourhood<R>> {
-        Some(&mut self.neighbourhood)
-    }
-
-    fn for_each(&self, mut visit: impl FnMut(R)) {
-        self.states[0].for_each(&mut visit);
-        self.rotations[0].0.into_iter().for_each(&mut visit);
-        visit(self.stable_time_step);
-        visit(self.viscous_pressure);
-        // no step needs them, but who looks at the state
-        visit(self.neighbourhood.jacobian);
-        visit(self.neighbourhood.mean_stress);
-    }
-
-    fn from_numbers(mut next: impl FnMut() -> R) -> Self {
-        Self {
-            states: [S::from_numbers(&mut next)],
-            rotations: [Rotation(estar_tensor::array(|_| next()))],
-            stable_time_step: next(),
-            viscous_pressure: next(),
-            neighbourhood: Neighbourhood { jacobian: next(), mean_stress: next(), ..Neighbourhood::at_rest() },
-        }
-    }
-
-    fn select(mask: R::Mask, chosen: &Self, otherwise: &Self) -> Self {
-        let number = |chosen: R, otherwise: R| R::select(mask, chosen, otherwise);
-        let (shared, other) = (&chosen.neighbourhood, &otherwise.neighbourhood);
-        Self {
-            states: [S::select(mask, &chosen.states[0], &otherwise.states[0])],
-            rotations: [Rotation(estar_tensor::array(|i| {
-                number(chosen.rotations[0].0[i], otherwise.rotations[0].0[i])
-            }))],
-            stable_time_step: number(chosen.stable_time_step, otherwise.stable_time_step),
-            viscous_pressure: number(chosen.viscous_pressure, otherwise.viscous_pressure),
-            neighbourhood: Neighbourhood {
-                jacobian: number(shared.jacobian, other.jacobian),
-                increment: number(shared.increment, other.increment),
-                mean_stress: number(shared.mean_stress, other.mean_stress),
-            },
-        }
-    }
-}
 
 /// Volumes of an element, m³.
 #[derive(Clone, Copy, Debug)]
@@ -156,17 +75,7 @@ impl Element<NODES> for Tet4 {
     const POINTS: usize = 1;
     const SHARES_VOLUME: bool = true;
     const PARENT: [[f64; 3]; NODES] = SIGNS;
-    type History<R: Real, S: PointState<R>> = Tet4History<S, R>;
-
-    fn initial_history<R: Real, M: Material>(material: &M, stable_time_step: f64) -> Tet4History<M::State<R>, R> {
-        Tet4History {
-            states: [material.initial_state()],
-            rotations: [Rotation::identity()],
-            stable_time_step: R::splat(stable_time_step),
-            viscous_pressure: R::splat(0.0),
-            neighbourhood: Neighbourhood::at_rest(),
-        }
-    }
+    type Own<R: Real> = Neighbourhood<R>;
 
     fn lumped_mass(reference: &NodeVectors<f64>, density: f64) -> [f64; NODES] {
         [0.25 * density * volume(reference); NODES]
@@ -177,18 +86,14 @@ impl Element<NODES> for Tet4 {
     }
 
     #[inline(always)]
-    fn advance<R: Real, M: Material>(
+    fn advance<R: Real>(
         self,
-        material: &M,
-        history: &mut Tet4History<M::State<R>, R>,
-        upcoming: Option<&Tet4History<M::State<R>, R>>,
+        elasticity: &IsotropicElasticity,
+        mut points: PackPoints<'_, R>,
+        history: &mut ElementHistory<R, Neighbourhood<R>>,
         motion: &ElementMotion<R, NODES>,
         step: &ElementStep,
     ) -> ElementUpdate<R, NODES> {
-        if let Some(upcoming) = upcoming {
-            prefetch(upcoming);
-        }
-        let elasticity = material.elasticity();
         let zero = R::splat(0.0);
         let position = tet_parent::gradient(&motion.position);
         let gradients = PointGradients {
@@ -203,22 +108,21 @@ impl Element<NODES> for Tet4 {
         let cofactor = position.cofactor();
         let parent_jacobian = position.columns[0].dot(cofactor.columns[0]);
         let jacobian = parent_jacobian * per_reference_volume;
-        let rotation_old = history.rotations[0];
-        let rotation = if M::Motion::<R>::NEEDS_ROTATION {
-            Rotation::nearest(&scaled_gradient, rotation_old)
-        } else {
-            rotation_old
-        };
-        history.rotations[0] = rotation;
-        let shared = history.neighbourhood;
+        let shared = history.own;
         let trace = increment.trace();
-        let scale = (shared.jacobian / jacobian).cbrt();
-        let motion_of_point = M::Motion::new(&StepKinematics {
-            incremental_displacement_gradient: increment.plus_spherical((shared.increment - trace) * (1.0 / 3.0)),
-            deformation_gradient: scaled_gradient * (per_reference_volume * scale),
-            rotation_old,
-            rotation_new: rotation,
-        });
+        let needs = points.points.needs();
+        let exchange = &mut *points.exchange;
+        exchange.tells_flow = false;
+        let told = &mut exchange.motions[0];
+        told.incremental_displacement_gradient = increment.plus_spherical((shared.increment - trace) * (1.0 / 3.0));
+        told.volume_half = volume_half;
+        if needs.rotation {
+            told.scaled_gradient = scaled_gradient;
+        }
+        if needs.deformation_gradient {
+            let scale = (shared.jacobian / jacobian).cbrt();
+            told.deformation_gradient = scaled_gradient * (per_reference_volume * scale);
+        }
         let viscous = step.bulk_viscosity.map(|viscosity| {
             let density = R::splat(elasticity.density()) / jacobian;
             let wave_speed = (R::splat(elasticity.p_wave_modulus()) / density).sqrt();
@@ -230,11 +134,10 @@ impl Element<NODES> for Tet4 {
         let viscous_pressure = viscous.map_or(zero, |response| response.pressure);
 
         // (ii) history and stress
-        let update = material.update(&history.states[0], &motion_of_point, step.time_step);
-        history.states[0] = update.state;
-        let stress = material.cauchy_stress(&update.state, rotation);
+        let update = points.update(step.time_step);
+        let stress = points.exchange.stresses[0];
         let mean_stress = stress.trace() * (1.0 / 3.0);
-        history.neighbourhood.mean_stress = mean_stress;
+        history.own.mean_stress = mean_stress;
 
         // (iii) forces of the deviator and of bulk viscosity, f_a = V dev T ∇N_a
         let volume = R::splat(tet_parent::VOLUME);
@@ -243,7 +146,7 @@ impl Element<NODES> for Tet4 {
             ElasticBounds { shear_modulus: elasticity.shear_modulus(), bulk_modulus: elasticity.bulk_modulus() };
         let metric = Metrics::none().with(&position, &cofactor, parent_jacobian).greatest();
         let undamped = bounds.stable_time_step_tet4(&metric, motion.corner_mass);
-        let undamped = match material.stiffening(&update.state, &motion_of_point) {
+        let undamped = match update.stiffening {
             Some(ratio) => undamped / ratio.sqrt(),
             None => undamped,
         };
@@ -253,8 +156,8 @@ impl Element<NODES> for Tet4 {
         history.viscous_pressure = viscous_pressure;
         ElementUpdate {
             internal_force: tet_parent::slopes(&flux),
-            internal_energy: update.internal_energy * volume_half * volume,
-            plastic_dissipation: update.plastic_dissipation * volume_half * volume,
+            internal_energy: update.internal_energy * volume,
+            plastic_dissipation: update.plastic_dissipation * volume,
             viscous_energy,
             hourglass_energy: zero,
             min_jacobian: jacobian,
@@ -262,6 +165,7 @@ impl Element<NODES> for Tet4 {
                 .map_or(undamped, |response| undamped * damped_step_factor(response.damping_ratio)),
         }
     }
+
     fn tangent<R: Real>(
         self,
         _: &IsotropicElasticity,

@@ -6,22 +6,19 @@
 mod common;
 
 use common::{
-    Corners, DENSITY, FORMULATIONS, Random, distorted_hexes, elasticity, initial_history, mapped, moved, perturbed,
-    quadrature, row_sum_mass, smallest, vectors,
+    Corners, DENSITY, Driven, FORMULATIONS, Hex, Random, distorted_hexes, elasticity, mapped, perturbed, quadrature,
+    row_sum_mass, smallest, vectors,
 };
 use estar_element::bulk_viscosity::BulkViscosity;
-use estar_element::hex8::{
-    CornerVectors, Formulation, HexHistory, HexMotion, HexStep, HexUpdate, POINTS, advance, lumped_mass,
-};
+use estar_element::element::ElementStep;
+use estar_element::hex8::{CornerVectors, Formulation, HexMotion, lumped_mass};
 use estar_material::point::MaterialPoint;
-use estar_material::{EStar, Elastic, IsotropicHardening, Material, PointState};
-use estar_tensor::{Kernel, LaneLevel, Real, Rotation, SymmetricTensor, Tensor, Vector3, WithLanes, dispatch};
+use estar_material::{EStar, Elastic, IsotropicHardening, Material};
+use estar_tensor::{LaneLevel, Real, Rotation, SymmetricTensor, Tensor, Vector3, WithLanes, dispatch};
 
 const TIME_STEP: f64 = 1e-7;
 
-fn step(formulation: Formulation) -> HexStep {
-    HexStep { formulation, bulk_viscosity: None, time_step: TIME_STEP }
-}
+const STEP: ElementStep = ElementStep { bulk_viscosity: None, time_step: TIME_STEP };
 
 fn elastic() -> Elastic {
     Elastic::new(elasticity(0.35))
@@ -62,7 +59,7 @@ fn uniform_stress_force(position: &Corners, stress: &SymmetricTensor<f64>) -> Co
 fn assert_homogeneous_motion_is_uniform<M: Material>(material: &M) {
     for (reference, deformation) in cases() {
         let mut point = MaterialPoint::new(material);
-        let mut histories = FORMULATIONS.map(|_| initial_history(material));
+        let mut hexes = FORMULATIONS.map(|formulation| Hex::new(formulation, material));
         let mut old = reference;
         for part in [0.25, 0.5, 0.75, 1.0] {
             let gradient = Tensor::identity() * (1.0 - part) + deformation * part;
@@ -72,10 +69,10 @@ fn assert_homogeneous_motion_is_uniform<M: Material>(material: &M) {
             let size = stress.norm_squared().sqrt();
             let force = uniform_stress_force(&new, &stress);
             let volume: f64 = quadrature(&reference).iter().map(|point| point.volume).sum();
-            for (history, formulation) in histories.iter_mut().zip(FORMULATIONS) {
-                let update = moved(material, history, &reference, [&old, &new], &step(formulation));
-                for (state, rotation) in history.states.iter().zip(&history.rotations) {
-                    let difference = material.cauchy_stress(state, *rotation) - stress;
+            for (hex, formulation) in hexes.iter_mut().zip(FORMULATIONS) {
+                let update = hex.moved(&reference, [&old, &new], &STEP);
+                for of_point in hex.stresses() {
+                    let difference = of_point - stress;
                     assert!(difference.norm_squared().sqrt() < 1e-10 * size, "{formulation:?}: {difference:?}");
                 }
                 assert!(distance(&update.internal_force, &force) < 1e-10 * greatest(&force), "{formulation:?}");
@@ -114,21 +111,21 @@ fn a_rigid_turn_of_150_degrees_in_one_step_turns_stress_and_forces_and_does_no_w
     for (reference, deformation) in cases() {
         for formulation in FORMULATIONS {
             // without stress there is no force
-            let mut history = initial_history(&material);
+            let mut hex = Hex::new(formulation, &material);
             let turned = mapped(&reference, &turn);
-            let update = moved(&material, &mut history, &reference, [&reference, &turned], &step(formulation));
+            let update = hex.moved(&reference, [&reference, &turned], &STEP);
             let stiffness = 1e11 * quadrature(&reference).iter().map(|point| point.volume).sum::<f64>().cbrt().powi(2);
             assert!(greatest(&update.internal_force) < 1e-13 * stiffness, "{:?}", update.internal_force);
             // stress of a motion that is not uniform goes with the body
-            let mut history = initial_history(&material);
+            let mut hex = Hex::new(formulation, &material);
             let bent = perturbed(&mapped(&reference, &deformation), 1e-3, &mut Random::new(3));
-            let before = moved(&material, &mut history, &reference, [&reference, &bent], &step(formulation));
-            let states = history.states;
+            let before = hex.moved(&reference, [&reference, &bent], &STEP);
+            let states = hex.points.states();
             let turned = mapped(&bent, &turn);
-            let after = moved(&material, &mut history, &reference, [&bent, &turned], &step(formulation));
+            let after = hex.moved(&reference, [&bent, &turned], &STEP);
             let expected = before.internal_force.map(|force| turn.apply(force));
             assert!(distance(&after.internal_force, &expected) < 1e-11 * greatest(&expected));
-            for (old, new) in states.iter().zip(&history.states) {
+            for (old, new) in states.iter().zip(hex.points.states()) {
                 let difference = old.rotated_stress - new.rotated_stress;
                 assert!(difference.norm_squared() < 1e-22 * old.rotated_stress.norm_squared());
             }
@@ -145,13 +142,13 @@ fn forces_and_their_moments_balance_in_any_motion() {
     for reference in distorted_hexes(50, &mut random) {
         let size = quadrature(&reference).iter().map(|point| point.volume).sum::<f64>().cbrt();
         for formulation in FORMULATIONS {
-            let mut history = initial_history(&material);
+            let mut hex = Hex::new(formulation, &material);
             let mut old = reference;
             for _ in 0..3 {
                 let new = perturbed(&old, 5e-3 * size, &mut random);
                 let bulk_viscosity = Some(BulkViscosity { linear: 0.06, quadratic: 1.2 });
-                let step = HexStep { bulk_viscosity, ..step(formulation) };
-                let update = moved(&material, &mut history, &reference, [&old, &new], &step);
+                let step = ElementStep { bulk_viscosity, ..STEP };
+                let update = hex.moved(&reference, [&old, &new], &step);
                 old = new;
                 let force = &update.internal_force;
                 let sum = force.iter().fold(Vector3::zero(), |sum, force| sum + *force);
@@ -181,13 +178,13 @@ fn lumped_mass_is_the_row_sum_and_all_of_the_mass() {
 /// a fraction of that.
 fn work_surplus(reference: &Corners, end: &Corners, steps: u32, formulation: Formulation) -> f64 {
     let material = elastic();
-    let mut history = initial_history(&material);
+    let mut hex = Hex::new(formulation, &material);
     let mut old = *reference;
     let mut force_old = [Vector3::zero(); 8];
     let (mut work, mut energy) = (0.0, 0.0);
     for part in (1..=steps).map(|step| f64::from(step) / f64::from(steps)) {
         let new = std::array::from_fn(|a| std::array::from_fn(|i| reference[a][i] * (1.0 - part) + end[a][i] * part));
-        let update = moved(&material, &mut history, reference, [&old, &new], &step(formulation));
+        let update = hex.moved(reference, [&old, &new], &STEP);
         for a in 0..8 {
             let mean = (force_old[a] + update.internal_force[a]) * 0.5;
             work += mean.dot(Vector3(new[a]) - Vector3(old[a]));
@@ -243,8 +240,8 @@ fn a_bend_is_too_stiff_in_long_elements_whatever_the_volumetric_part() {
         for ratio in [1.0, 2.0, 4.0] {
             let corners = common::brick([ratio, 0.7, 1.0]);
             let bent = corners.map(|[x, y, z]| [x + 1e-6 * x * z, y, z]);
-            let mut history = initial_history(&material);
-            let update = moved(&material, &mut history, &corners, [&corners, &bent], &step(formulation));
+            let mut hex = Hex::new(formulation, &material);
+            let update = hex.moved(&corners, [&corners, &bent], &STEP);
             let plate = 0.5e-12 * plate_modulus / 12.0 * 0.7 * ratio;
             let of_fibres = if formulation == Formulation::Full { bulk + 4.0 / 3.0 * shear } else { 4.0 / 3.0 * shear };
             let expected = (of_fibres + shear * ratio * ratio) / plate_modulus;
@@ -255,29 +252,13 @@ fn a_bend_is_too_stiff_in_long_elements_whatever_the_volumetric_part() {
     }
 }
 
-/// One step of a pack, compiled for its lanes.
-struct Advance<'a, M: Material, R: Real> {
-    material: &'a M,
-    history: &'a mut HexHistory<M::State<R>, R>,
-    motion: &'a HexMotion<R>,
-    step: &'a HexStep,
-}
-
-impl<M: Material, R: Real> Kernel for Advance<'_, M, R> {
-    type Output = HexUpdate<R>;
-
-    #[inline(always)]
-    fn run(self) -> HexUpdate<R> {
-        advance(self.material, self.history, None, self.motion, self.step)
-    }
-}
-
 /// The bits of every number after some steps of several elements, side by side as far as the lanes go.
 struct AllBits<'a> {
     references: &'a [Corners],
     /// Positions after each step.
     paths: &'a [Vec<Corners>],
-    step: HexStep,
+    formulation: Formulation,
+    step: ElementStep,
 }
 
 impl WithLanes for AllBits<'_> {
@@ -292,12 +273,7 @@ impl WithLanes for AllBits<'_> {
                     Vector3(std::array::from_fn(|i| R::from_lanes(|lane| corners(first + lane)[a][i])))
                 })
             };
-            let mut history = HexHistory {
-                states: [material.initial_state(); POINTS],
-                rotations: [Rotation::identity(); POINTS],
-                stable_time_step: R::splat(0.0),
-                viscous_pressure: R::splat(0.0),
-            };
+            let mut hex = Driven::<_, _, R, 8>::new(self.formulation, &material);
             let reference = packed(&|element| self.references[element]);
             let corner_mass = R::from_lanes(|lane| smallest(&row_sum_mass(&self.references[first + lane], DENSITY)));
             let mut old = reference;
@@ -305,9 +281,7 @@ impl WithLanes for AllBits<'_> {
                 let position = packed(&|element| self.paths[element][time]);
                 let velocity = std::array::from_fn(|a| (position[a] - old[a]) * R::splat(1.0 / self.step.time_step));
                 let motion = HexMotion { reference, position, velocity, corner_mass };
-                let step = &self.step;
-                let update =
-                    R::vectorize(Advance { material: &material, history: &mut history, motion: &motion, step });
+                let update = hex.advance(&motion, &self.step);
                 old = position;
                 let mut note = |number: R| {
                     for lane in 0..R::LANES {
@@ -324,8 +298,7 @@ impl WithLanes for AllBits<'_> {
                 ] {
                     note(number);
                 }
-                history.states.iter().for_each(|state| state.for_each(&mut note));
-                history.rotations.iter().flat_map(|rotation| rotation.0).for_each(&mut note);
+                hex.for_each(&mut note);
             }
         }
         bits
@@ -354,8 +327,8 @@ fn lanes_give_the_bits_of_f64() {
         .collect();
     for formulation in FORMULATIONS {
         for bulk_viscosity in [None, Some(BulkViscosity { linear: 0.06, quadratic: 1.2 })] {
-            let step = HexStep { bulk_viscosity, ..step(formulation) };
-            let all = |level| dispatch(level, AllBits { references: &references, paths: &paths, step });
+            let step = ElementStep { bulk_viscosity, ..STEP };
+            let all = |level| dispatch(level, AllBits { references: &references, paths: &paths, formulation, step });
             let scalar = all(LaneLevel::Portable);
             for level in LaneLevel::ALL {
                 if level.is_available() {

@@ -6,16 +6,16 @@
 mod common;
 
 use common::{
-    Corners, DENSITY, Random, brick, distorted_hexes, elasticity, mapped, perturbed, quadrature, row_sum_mass,
+    Corners, DENSITY, Driven, Random, brick, distorted_hexes, elasticity, mapped, perturbed, quadrature, row_sum_mass,
     smallest, vectors,
 };
 use estar_element::bulk_viscosity::BulkViscosity;
-use estar_element::element::{Element, ElementHistory, ElementStep};
+use estar_element::element::ElementStep;
 use estar_element::hex8::{CornerVectors, HexMotion, HexUpdate};
-use estar_element::hex8_one_point::{HourglassControl, OnePointHistory};
+use estar_element::hex8_one_point::HourglassControl;
 use estar_material::point::MaterialPoint;
 use estar_material::{EStar, Elastic, Hencky, IsotropicHardening, Material};
-use estar_tensor::{Kernel, LaneLevel, Real, Rotation, SymmetricTensor, Tensor, Vector3, WithLanes, dispatch};
+use estar_tensor::{LaneLevel, Real, Rotation, SymmetricTensor, Tensor, Vector3, WithLanes, dispatch};
 use faer::{Mat, Side};
 
 const TIME_STEP: f64 = 1e-7;
@@ -25,22 +25,17 @@ const CONTROLS: [HourglassControl; 3] = [
     HourglassControl::Viscous { coefficient: 0.1 },
 ];
 
-type History<M> = OnePointHistory<<M as Material>::State<f64>, f64>;
-
 /// An element on its way.
-struct Hex<'a, M: Material> {
-    material: &'a M,
-    control: HourglassControl,
+struct Hex<M: Material> {
+    driven: Driven<HourglassControl, M, f64, 8>,
     reference: Corners,
     position: Corners,
-    history: History<M>,
     bulk_viscosity: Option<BulkViscosity>,
 }
 
-impl<'a, M: Material> Hex<'a, M> {
-    fn new(material: &'a M, control: HourglassControl, reference: Corners) -> Self {
-        let history = HourglassControl::initial_history::<f64, M>(material, 0.0);
-        Self { material, control, reference, position: reference, history, bulk_viscosity: None }
+impl<M: Material> Hex<M> {
+    fn new(material: &M, control: HourglassControl, reference: Corners) -> Self {
+        Self { driven: Driven::new(control, material), reference, position: reference, bulk_viscosity: None }
     }
 
     /// Moves the corners along straight lines in a step.
@@ -52,7 +47,7 @@ impl<'a, M: Material> Hex<'a, M> {
             HexMotion { reference: vectors(&self.reference), position: vectors(&position), velocity, corner_mass };
         self.position = position;
         let step = ElementStep { bulk_viscosity: self.bulk_viscosity, time_step };
-        self.control.advance(self.material, &mut self.history, None, &motion, &step)
+        self.driven.advance(&motion, &step)
     }
 }
 
@@ -329,24 +324,6 @@ struct AllBits<'a> {
     control: HourglassControl,
 }
 
-struct Advance<'a, R: Real> {
-    material: &'a EStar<(), IsotropicHardening>,
-    control: HourglassControl,
-    history: &'a mut OnePointHistory<<EStar<(), IsotropicHardening> as Material>::State<R>, R>,
-    motion: &'a HexMotion<R>,
-}
-
-impl<R: Real> Kernel for Advance<'_, R> {
-    type Output = HexUpdate<R>;
-
-    #[inline(always)]
-    fn run(self) -> HexUpdate<R> {
-        let bulk_viscosity = Some(BulkViscosity { linear: 0.06, quadratic: 1.2 });
-        let step = ElementStep { bulk_viscosity, time_step: TIME_STEP };
-        self.control.advance(self.material, self.history, None, self.motion, &step)
-    }
-}
-
 impl WithLanes for AllBits<'_> {
     type Output = Vec<Vec<u64>>;
 
@@ -359,7 +336,9 @@ impl WithLanes for AllBits<'_> {
                     Vector3(std::array::from_fn(|i| R::from_lanes(|lane| corners(first + lane)[a][i])))
                 })
             };
-            let mut history = HourglassControl::initial_history::<R, _>(&material, 0.0);
+            let mut driven = Driven::<_, _, R, 8>::new(self.control, &material);
+            let bulk_viscosity = Some(BulkViscosity { linear: 0.06, quadratic: 1.2 });
+            let step = ElementStep { bulk_viscosity, time_step: TIME_STEP };
             let reference = packed(&|element| self.references[element]);
             let corner_mass = R::from_lanes(|lane| smallest(&row_sum_mass(&self.references[first + lane], DENSITY)));
             let mut old = reference;
@@ -367,9 +346,7 @@ impl WithLanes for AllBits<'_> {
                 let position = packed(&|element| self.paths[element][time]);
                 let velocity = std::array::from_fn(|a| (position[a] - old[a]) * R::splat(1.0 / TIME_STEP));
                 let motion = HexMotion { reference, position, velocity, corner_mass };
-                let control = self.control;
-                let update =
-                    R::vectorize(Advance { material: &material, control, history: &mut history, motion: &motion });
+                let update = driven.advance(&motion, &step);
                 old = position;
                 let mut note = |number: R| {
                     for lane in 0..R::LANES {
@@ -379,7 +356,7 @@ impl WithLanes for AllBits<'_> {
                 update.internal_force.iter().flat_map(|force| force.0).for_each(&mut note);
                 let others = [update.internal_energy, update.hourglass_energy, update.viscous_energy];
                 others.into_iter().chain([update.min_jacobian, update.stable_time_step]).for_each(&mut note);
-                ElementHistory::<R, _>::for_each(&history, &mut note);
+                driven.for_each(&mut note);
             }
         }
         bits
@@ -422,15 +399,17 @@ fn hourglass_stress_returns_with_the_point() {
     let mut hex = Hex::new(&material, HourglassControl::Physical, corners);
     let bent = corners.map(|[x, y, z]| [x + 1e-4 * x * z, y, z]);
     hex.move_to(bent, TIME_STEP);
-    let size = |hex: &Hex<_>| hex.history.hourglass_forces.iter().map(|force| force.dot(*force)).sum::<f64>().sqrt();
+    let size = |hex: &Hex<_>| hex.driven.history.own.0.iter().map(|force| force.dot(*force)).sum::<f64>().sqrt();
     let before = size(&hex);
-    let strain = |hex: &Hex<EStar<(), IsotropicHardening>>| material.equivalent_plastic_strain(&hex.history.states[0]);
+    let strain =
+        |hex: &Hex<EStar<(), IsotropicHardening>>| material.equivalent_plastic_strain(&hex.driven.points.states()[0]);
     let mut expected = before;
     for step in 1..=20 {
         let stretch = 1.0 + 1e-3 * f64::from(step);
         let old = strain(&hex);
         hex.move_to(bent.map(|[x, y, z]| [x, y, stretch * z]), TIME_STEP);
-        let stress: SymmetricTensor<f64> = material.cauchy_stress(&hex.history.states[0], hex.history.rotations[0]);
+        let stress: SymmetricTensor<f64> =
+            material.cauchy_stress(&hex.driven.points.states()[0], hex.driven.points.rotations()[0]);
         let equivalent = (1.5 * stress.deviator().norm_squared()).sqrt();
         let shear = material.elasticity().shear_modulus();
         expected *= equivalent / (equivalent + 3.0 * shear * (strain(&hex) - old));

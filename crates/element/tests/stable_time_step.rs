@@ -13,10 +13,11 @@
 mod common;
 
 use common::{
-    Corners, DENSITY, FORMULATIONS, Random, brick, centre, distorted_hexes, elasticity, initial_history, is_usable,
-    mapped, quadrature, row_sum_mass, smallest, vectors,
+    Corners, DENSITY, FORMULATIONS, Hex, Random, brick, centre, distorted_hexes, elasticity, is_usable, mapped,
+    quadrature, row_sum_mass, smallest, vectors,
 };
-use estar_element::hex8::{Formulation, HexMotion, HexStep, advance};
+use estar_element::element::ElementStep;
+use estar_element::hex8::{Formulation, HexMotion};
 use estar_material::{Elastic, IsotropicElasticity};
 use estar_tensor::{Tensor, Vector3};
 use faer::Mat;
@@ -33,8 +34,8 @@ fn bound(corners: &Corners, elasticity: &IsotropicElasticity, formulation: Formu
     let (position, velocity) = (vectors(corners), [Vector3([0.0; 3]); 8]);
     let corner_mass = smallest(&row_sum_mass(corners, elasticity.density()));
     let at_rest = HexMotion { reference: position, position, velocity, corner_mass };
-    let step = HexStep { formulation, bulk_viscosity: None, time_step: 0.0 };
-    let update = advance(&material, &mut initial_history(&material), None, &at_rest, &step);
+    let step = ElementStep { bulk_viscosity: None, time_step: 0.0 };
+    let update = Hex::new(formulation, &material).advance(&at_rest, &step);
     (2.0 / update.stable_time_step).powi(2)
 }
 

@@ -9,8 +9,8 @@
 
 mod common;
 
-use common::{DENSITY, Random, elasticity};
-use estar_element::element::{Element, ElementHistory, ElementMotion, ElementStep};
+use common::{DENSITY, Driven, Random, elasticity};
+use estar_element::element::{Element, ElementMotion, ElementStep, OwnHistory};
 use estar_element::hex8::Formulation;
 use estar_element::hex8_one_point::HourglassControl;
 use estar_element::tet4::{self, Tet4};
@@ -25,18 +25,15 @@ use faer::Mat;
 type Nodes<const NODES: usize> = [[f64; 3]; NODES];
 
 /// An element of a material, with its history.
-struct Deformed<'a, const NODES: usize, E: Element<NODES>, M: Material> {
-    element: E,
-    material: &'a M,
+struct Deformed<const NODES: usize, E: Element<NODES>, M: Material> {
+    driven: Driven<E, M, f64, NODES>,
     reference: Nodes<NODES>,
     position: Nodes<NODES>,
-    history: E::History<f64, M::State<f64>>,
 }
 
-impl<'a, const NODES: usize, E: Element<NODES>, M: Material> Deformed<'a, NODES, E, M> {
-    fn new(element: E, material: &'a M, reference: Nodes<NODES>) -> Self {
-        let history = E::initial_history::<f64, M>(material, 0.0);
-        Self { element, material, reference, position: reference, history }
+impl<const NODES: usize, E: Element<NODES>, M: Material> Deformed<NODES, E, M> {
+    fn new(element: E, material: &M, reference: Nodes<NODES>) -> Self {
+        Self { driven: Driven::new(element, material), reference, position: reference }
     }
 
     fn masses(&self) -> [f64; NODES] {
@@ -55,7 +52,7 @@ impl<'a, const NODES: usize, E: Element<NODES>, M: Material> Deformed<'a, NODES,
             corner_mass,
         };
         let step = ElementStep { bulk_viscosity: None, time_step: 1.0 };
-        if let Some(shared) = self.history.neighbourhood_mut() {
+        if let Some(shared) = self.driven.history.own.neighbourhood_mut() {
             // an element without neighbours has its own volume change
             let of_tet = |field: &[Vector3<f64>; NODES]| std::array::from_fn(|node| field[node]);
             let moved = ElementMotion {
@@ -68,9 +65,9 @@ impl<'a, const NODES: usize, E: Element<NODES>, M: Material> Deformed<'a, NODES,
             shared.jacobian = volumes.now / volumes.reference;
             shared.increment = volumes.change / volumes.half;
         }
-        let update = self.element.advance(self.material, &mut self.history, None, &motion, &step);
+        let update = self.driven.advance(&motion, &step);
         let mut forces = update.internal_force;
-        if let Some(shared) = self.history.neighbourhood() {
+        if let Some(shared) = self.driven.history.own.neighbourhood() {
             let position = std::array::from_fn(|node| new[node]);
             let of_mean_stress = tet4::mean_stress_forces(&position, shared.mean_stress);
             forces.iter_mut().zip(of_mean_stress).for_each(|(force, other)| *force = *force + other);
@@ -90,9 +87,7 @@ impl<'a, const NODES: usize, E: Element<NODES>, M: Material> Deformed<'a, NODES,
             let along = |sign: f64| {
                 let mut moved = *position;
                 moved[column / 3][column % 3] += sign * amount;
-                let mut element =
-                    Deformed { history: self.history, ..Self::new(self.element, self.material, self.reference) };
-                element.position = *position;
+                let mut element = Self { driven: self.driven.clone(), reference: self.reference, position: *position };
                 element.advance(&moved).0
             };
             let (there, back) = (along(1.0), along(-1.0));

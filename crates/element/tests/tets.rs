@@ -9,8 +9,8 @@
 
 mod common;
 
-use common::{DENSITY, Random, elasticity};
-use estar_element::element::{Element, ElementHistory, ElementMotion, ElementStep};
+use common::{DENSITY, Driven, Random, elasticity};
+use estar_element::element::{Element, ElementMotion, ElementStep, OwnHistory};
 use estar_element::hex8::Formulation;
 use estar_element::hex8_one_point::HourglassControl;
 use estar_element::tet4::{self, Tet4};
@@ -40,8 +40,8 @@ fn forces<const NODES: usize, E: Element<NODES>>(
     let corner_mass = masses.into_iter().fold(f64::INFINITY, f64::min);
     let position = std::array::from_fn(|node| reference[node] + motion[node]);
     let moved = ElementMotion { reference, position, velocity: *motion, corner_mass };
-    let mut history = E::initial_history::<f64, Elastic>(&material, 0.0);
-    if let Some(shared) = history.neighbourhood_mut() {
+    let mut driven = Driven::<_, _, f64, NODES>::new(element, &material);
+    if let Some(shared) = driven.history.own.neighbourhood_mut() {
         // an element without neighbours has its own volume change
         let of_tet = |field: &[Vector3<f64>; NODES]| std::array::from_fn(|node| field[node]);
         let moved = ElementMotion {
@@ -55,9 +55,9 @@ fn forces<const NODES: usize, E: Element<NODES>>(
         shared.increment = volumes.change / volumes.half;
     }
     let step = ElementStep { bulk_viscosity: None, time_step };
-    let update = element.advance(&material, &mut history, None, &moved, &step);
+    let update = driven.advance(&moved, &step);
     let mut forces = update.internal_force;
-    if let Some(shared) = history.neighbourhood() {
+    if let Some(shared) = driven.history.own.neighbourhood() {
         let position = std::array::from_fn(|node| moved.position[node]);
         let of_mean_stress = tet4::mean_stress_forces(&position, shared.mean_stress);
         forces.iter_mut().zip(of_mean_stress).for_each(|(force, other)| *force = *force + other);

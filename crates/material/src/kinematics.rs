@@ -66,6 +66,9 @@ pub trait Motion<R: Real>: Copy {
     /// Whether it depends on the rotations of the polar decomposition; they are not computed where none does.
     const NEEDS_ROTATION: bool;
 
+    /// Whether it depends on F; elements do not compute the F of their choice where none does.
+    const NEEDS_DEFORMATION_GRADIENT: bool;
+
     /// The motion of a step.
     fn new(step: &StepKinematics<R>) -> Self;
 }
@@ -79,6 +82,7 @@ pub struct RotatedMotion<R> {
 
 impl<R: Real> Motion<R> for RotatedMotion<R> {
     const NEEDS_ROTATION: bool = true;
+    const NEEDS_DEFORMATION_GRADIENT: bool = false;
 
     #[inline(always)]
     fn new(step: &StepKinematics<R>) -> Self {
@@ -98,6 +102,7 @@ pub struct SpatialMotion<R> {
 
 impl<R: Real> Motion<R> for SpatialMotion<R> {
     const NEEDS_ROTATION: bool = false;
+    const NEEDS_DEFORMATION_GRADIENT: bool = true;
 
     #[inline(always)]
     fn new(step: &StepKinematics<R>) -> Self {
@@ -111,6 +116,7 @@ impl<R: Real> Motion<R> for SpatialMotion<R> {
 /// For theories that need all of the motion.
 impl<R: Real> Motion<R> for StepKinematics<R> {
     const NEEDS_ROTATION: bool = true;
+    const NEEDS_DEFORMATION_GRADIENT: bool = true;
 
     #[inline(always)]
     fn new(step: &StepKinematics<R>) -> Self {
@@ -129,6 +135,7 @@ pub struct ReferenceMotion<R> {
 
 impl<R: Real> Motion<R> for ReferenceMotion<R> {
     const NEEDS_ROTATION: bool = false;
+    const NEEDS_DEFORMATION_GRADIENT: bool = true;
 
     #[inline(always)]
     fn new(step: &StepKinematics<R>) -> Self {

@@ -28,6 +28,7 @@ mod objective_rate;
 mod parameter;
 mod plastic_metric;
 pub mod point;
+pub mod points;
 mod principal_surface;
 mod return_mapping;
 mod tangent_bound;

@@ -269,9 +269,14 @@ impl MaterialModel {
         self.visit(KeepsVolume)
     }
 
+    /// The share of the plastic dissipation that heats the material, where it has a temperature.
+    pub fn heat_share(&self) -> Option<f64> {
+        self.visit(HeatShare)
+    }
+
     /// Whether the material has a temperature.
     pub fn has_temperature(&self) -> bool {
-        self.visit(HasTemperature)
+        self.heat_share().is_some()
     }
 }
 
@@ -305,12 +310,12 @@ impl MaterialVisitor for KeepsVolume {
     }
 }
 
-struct HasTemperature;
+struct HeatShare;
 
-impl MaterialVisitor for HasTemperature {
-    type Output = bool;
+impl MaterialVisitor for HeatShare {
+    type Output = Option<f64>;
 
-    fn visit<M: Material>(self, material: &M) -> bool {
-        material.heat_share().is_some()
+    fn visit<M: Material>(self, material: &M) -> Option<f64> {
+        material.heat_share()
     }
 }

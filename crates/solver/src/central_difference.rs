@@ -1,10 +1,10 @@
 //! The time loop: explicit central differences with half-step velocities and a variable step.
 
+use crate::block::{BlockReport, NodalMotion, StepLimits};
 use crate::energy::Passage;
 use crate::error::SimulationError;
 use crate::kick::{Kick, NodeSums, Place};
 use crate::simulation::Simulation;
-use crate::solid_block::{BlockReport, NodalMotion, StepLimits};
 use crate::wall_contact::Behind;
 use estar_element::element::ElementStep;
 use rayon::prelude::*;

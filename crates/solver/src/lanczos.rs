@@ -5,10 +5,10 @@
 //! nodes, so that the bits are the same for any number of threads.
 
 use crate::assembly::RowLists;
+use crate::block::NodalMotion;
 use crate::central_difference::CHUNK;
 use crate::constraints::dot;
 use crate::simulation::{Block, Simulation};
-use crate::solid_block::NodalMotion;
 use estar_element::element::ElementStep;
 use rayon::prelude::*;
 

@@ -4,7 +4,7 @@
 //! `central_difference.rs` first.
 
 mod assembly;
-mod averages;
+mod block;
 mod central_difference;
 mod constraints;
 mod curve;
@@ -14,7 +14,6 @@ pub mod fields;
 mod global_time_step;
 mod kick;
 mod lanczos;
-mod linear;
 mod loads;
 mod mass_scaling;
 mod memory;
@@ -24,7 +23,6 @@ mod patch;
 mod patch_rows;
 mod rigid_wall;
 mod simulation;
-mod solid_block;
 mod state;
 mod traffic;
 mod wall_contact;

@@ -1,10 +1,9 @@
 //! The memory that a simulation takes, told before it takes it.
 
-use crate::model::{Formulation, Model, OnInversion, TimeStep};
-use estar_element::element::{Element, ElementVisitor};
-use estar_material::{Material, MaterialVisitor};
+use crate::model::{Model, OnInversion, TimeStep};
+use estar_element::element::{Element, ElementHistory, ElementVisitor};
+use estar_material::MaterialModel;
 use estar_mesh::Mesh;
-use std::marker::PhantomData;
 
 /// Rows of forces an element: a patch of 512 elements has about 1.5 nodes an element where neighbours are close in the order
 /// of the mesh.
@@ -35,7 +34,7 @@ pub fn memory_needed(mesh: &Mesh, model: &Model) -> usize {
     let histories: usize = model
         .parts
         .iter()
-        .map(|part| part.elements.len() * (part.material.visit(BytesOf(part.element)) + energy))
+        .map(|part| part.elements.len() * (part.element.visit(BytesOf(&part.material)) + energy))
         .sum();
     let of_group = |group: &estar_mesh::Group| {
         size_of_val(&*group.nodes) + size_of_val(&*group.elements) + size_of_val(&*group.faces)
@@ -45,23 +44,13 @@ pub fn memory_needed(mesh: &Mesh, model: &Model) -> usize {
     mesh.node_count() * of_node + elements + histories + groups
 }
 
-/// Bytes of the history of one element.
-struct BytesOf(Formulation);
+/// Bytes of the history of one element and of its points.
+struct BytesOf<'a>(&'a MaterialModel);
 
-impl MaterialVisitor for BytesOf {
-    type Output = usize;
-
-    fn visit<M: Material>(self, _: &M) -> usize {
-        self.0.visit(BytesOfMaterial::<M>(PhantomData))
-    }
-}
-
-struct BytesOfMaterial<M>(PhantomData<M>);
-
-impl<M: Material> ElementVisitor for BytesOfMaterial<M> {
+impl ElementVisitor for BytesOf<'_> {
     type Output = usize;
 
     fn visit<const NODES: usize, E: Element<NODES>>(self, _: E) -> usize {
-        size_of::<E::History<f64, M::State<f64>>>()
+        size_of::<ElementHistory<f64, E::Own<f64>>>() + self.0.points::<f64>(E::POINTS).of_packs(1).bytes()
     }
 }

@@ -1,7 +1,7 @@
 //! What the elements of a patch read of its nodes, side by side: each node of a patch comes from memory once a sweep, whatever the
 //! number of its elements, and is then found in the nearest caches by its place in the patch.
 
-use crate::solid_block::NodalMotion;
+use crate::block::NodalMotion;
 use estar_element::element::ElementMotion;
 use estar_tensor::{Real, Vector3, prefetch};
 use std::cell::RefCell;

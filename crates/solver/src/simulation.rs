@@ -1,7 +1,7 @@
 //! A simulation: the state of a body in motion, made from a model and a mesh.
 
 use crate::assembly::RowLists;
-use crate::averages::NodalAverages;
+use crate::block::{Behaviour, BlockReport, ElementBlock, Extreme, NodalAverages, block, corner_nodes};
 use crate::central_difference::CHUNK;
 use crate::constraints::Constraints;
 use crate::energy::{CentredWork, Energies};
@@ -14,11 +14,11 @@ use crate::model::{
     WallShape,
 };
 use crate::rigid_wall::MovingWall;
-use crate::solid_block::{Behaviour, BlockReport, ElementBlock, Extreme, Largest, block, corner_nodes};
 use crate::wall_contact::Behind;
 use arrayvec::ArrayVec;
 use estar_element::element::{Element, ElementVisitor};
 use estar_material::MaterialModel;
+use estar_material::points::PointExtremes;
 use estar_mesh::{Face, MOST_NODES, Mesh};
 use estar_tensor::{LaneLevel, Vector3};
 use rayon::prelude::*;
@@ -335,7 +335,8 @@ impl Simulation {
 
     /// Extremes over the elements; looks at every quadrature point.
     pub fn extremes(&self) -> Extremes {
-        let largest = self.blocks.iter().map(|block| block.elements.largest()).fold(Largest::NONE, Largest::larger);
+        let extremes = self.blocks.iter().map(|block| block.elements.extremes());
+        let largest = extremes.fold(PointExtremes::NONE, PointExtremes::and);
         Extremes {
             max_equivalent_plastic_strain: largest.plastic_strain,
             max_temperature: Some(largest.temperature).filter(|temperature| *temperature > f64::NEG_INFINITY),

@@ -1,9 +1,9 @@
 //! The state of a simulation as numbers in one fixed order: for hashes, and for checkpoints from which it goes on with the
 //! same bits. What follows from the model and the mesh is no part of it.
 
+use crate::block::Extreme;
 use crate::energy::CentredWork;
 use crate::simulation::Simulation;
-use crate::solid_block::Extreme;
 use thiserror::Error;
 
 /// Numbers that are those of no state.

@@ -1,6 +1,6 @@
 //! What a step moves between memory and processor.
 
-use crate::averages::NodalAverages;
+use crate::block::NodalAverages;
 use crate::simulation::Simulation;
 
 impl Simulation {

@@ -1,6 +1,7 @@
 //! A number that remembers how it was made, so that the arithmetic of a kernel can be counted.
 
 use crate::elementary;
+use crate::lanes::LaneLevel;
 use crate::real::{Kernel, Mask, Real};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -287,6 +288,7 @@ impl Real for Counted {
     type Mask = CountedMask;
 
     const LANES: usize = 1;
+    const LEVEL: LaneLevel = LaneLevel::Portable;
 
     fn splat(value: f64) -> Self {
         let bits = value.to_bits();

@@ -103,6 +103,7 @@ mod x86 {
     use crate::array::array;
     use crate::elementary;
     use crate::inlined;
+    use crate::lanes::LaneLevel;
     use crate::real::{Kernel, Mask, Real};
     use std::arch::x86_64::*;
     use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
@@ -198,6 +199,7 @@ mod x86 {
         type Mask = Mask4;
 
         const LANES: usize = 4;
+        const LEVEL: LaneLevel = LaneLevel::Avx2;
 
         #[inline(always)]
         fn splat(value: f64) -> Self {
@@ -372,6 +374,7 @@ mod x86 {
         type Mask = Mask8;
 
         const LANES: usize = 8;
+        const LEVEL: LaneLevel = LaneLevel::Avx512;
 
         #[inline(always)]
         fn splat(value: f64) -> Self {

@@ -1,6 +1,7 @@
 //! The number that physics is written in.
 
 use crate::elementary;
+use crate::lanes::LaneLevel;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
@@ -31,6 +32,9 @@ pub trait Real:
 
     /// How many numbers stand side by side.
     const LANES: usize;
+
+    /// The instructions that they need, which [`dispatch`](crate::dispatch) has asked the processor for.
+    const LEVEL: LaneLevel;
 
     /// `value` in every lane.
     fn splat(value: f64) -> Self;
@@ -176,6 +180,7 @@ impl Real for f64 {
     type Mask = bool;
 
     const LANES: usize = 1;
+    const LEVEL: LaneLevel = LaneLevel::Portable;
 
     #[inline(always)]
     fn splat(value: f64) -> Self {

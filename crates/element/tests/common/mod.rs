@@ -4,9 +4,12 @@
 // each file of tests uses a part of this
 #![allow(dead_code)]
 
-use estar_element::hex8::{CornerVectors, Formulation, HexHistory, HexMotion, HexStep, HexUpdate, POINTS, advance};
+use estar_element::element::{Element, ElementHistory, ElementMotion, ElementStep, ElementUpdate};
+use estar_element::hex8::{CornerVectors, Formulation, HexMotion, HexUpdate, POINTS};
+use estar_material::points::{Exchange, MaterialPoints, PackPoints, StoredPoints};
 use estar_material::{ElasticConstant, IsotropicElasticity, Material};
-use estar_tensor::{Rotation, Tensor, Vector3};
+use estar_tensor::{Kernel, Real, Rotation, SymmetricTensor, Tensor, Vector3};
+use std::sync::Arc;
 
 pub type Corners = [[f64; 3]; 8];
 
@@ -141,26 +144,98 @@ pub fn vectors(corners: &Corners) -> CornerVectors<f64> {
     corners.map(Vector3)
 }
 
-/// The history of an undeformed element.
-pub fn initial_history<M: Material>(material: &M) -> HexHistory<M::State<f64>, f64> {
-    HexHistory {
-        states: [material.initial_state(); POINTS],
-        rotations: [Rotation::identity(); POINTS],
-        stable_time_step: 0.0,
-        viscous_pressure: 0.0,
+/// An element of a material on its way, or as many as there are lanes.
+pub struct Driven<E: Element<NODES>, M: Material, R: Real, const NODES: usize> {
+    pub element: E,
+    pub material: Arc<M>,
+    pub points: Box<dyn KnownPoints<M, R>>,
+    pub history: ElementHistory<R, E::Own<R>>,
+}
+
+impl<E: Element<NODES>, M: Material, R: Real, const NODES: usize> Driven<E, M, R, NODES> {
+    pub fn new(element: E, material: &M) -> Self {
+        let material = Arc::new(material.clone());
+        let points: Box<dyn KnownPoints<M, R>> = match E::POINTS {
+            1 => Box::new(StoredPoints::<M, R, 1>::new(material.clone(), 1)),
+            4 => Box::new(StoredPoints::<M, R, 4>::new(material.clone(), 1)),
+            _ => Box::new(StoredPoints::<M, R, 8>::new(material.clone(), 1)),
+        };
+        Self { element, material, points, history: ElementHistory::new(0.0) }
+    }
+
+    pub fn advance(&mut self, motion: &ElementMotion<R, NODES>, step: &ElementStep) -> ElementUpdate<R, NODES> {
+        R::vectorize(Advance { driven: self, motion, step })
+    }
+
+    /// T of each point.
+    pub fn stresses(&self) -> Vec<SymmetricTensor<R>> {
+        let points = self.points.states().into_iter().zip(self.points.rotations());
+        points.map(|(state, rotation)| self.material.cauchy_stress(&state, rotation)).collect()
+    }
+
+    /// Every number of its points and of its own.
+    pub fn for_each(&self, visit: &mut dyn FnMut(R)) {
+        self.points.for_each(0, visit);
+        self.history.for_each(visit);
     }
 }
 
-/// Moves an element from `old` to `new` within `step.time_step` along straight lines.
-pub fn moved<M: Material>(
-    material: &M,
-    history: &mut HexHistory<M::State<f64>, f64>,
-    reference: &Corners,
-    [old, new]: [&Corners; 2],
-    step: &HexStep,
-) -> HexUpdate<f64> {
-    let velocity = std::array::from_fn(|a| Vector3(std::array::from_fn(|i| (new[a][i] - old[a][i]) / step.time_step)));
-    let corner_mass = smallest(&row_sum_mass(reference, material.elasticity().density()));
-    let motion = HexMotion { reference: vectors(reference), position: vectors(new), velocity, corner_mass };
-    advance(material, history, None, &motion, step)
+impl<E: Element<NODES>, M: Material, R: Real, const NODES: usize> Clone for Driven<E, M, R, NODES> {
+    fn clone(&self) -> Self {
+        let (material, points) = (self.material.clone(), self.points.cloned());
+        Self { element: self.element, material, points, history: self.history }
+    }
+}
+
+/// The points of one pack of a material that is known.
+pub trait KnownPoints<M: Material, R: Real>: MaterialPoints<R> {
+    fn states(&self) -> Vec<M::State<R>>;
+    fn rotations(&self) -> Vec<Rotation<R>>;
+    fn cloned(&self) -> Box<dyn KnownPoints<M, R>>;
+}
+
+impl<M: Material, R: Real, const POINTS: usize> KnownPoints<M, R> for StoredPoints<M, R, POINTS> {
+    fn states(&self) -> Vec<M::State<R>> {
+        self.states().as_flattened().to_vec()
+    }
+
+    fn rotations(&self) -> Vec<Rotation<R>> {
+        self.rotations().as_flattened().to_vec()
+    }
+
+    fn cloned(&self) -> Box<dyn KnownPoints<M, R>> {
+        Box::new(self.clone())
+    }
+}
+
+/// One step, compiled for its lanes.
+struct Advance<'a, E: Element<NODES>, M: Material, R: Real, const NODES: usize> {
+    driven: &'a mut Driven<E, M, R, NODES>,
+    motion: &'a ElementMotion<R, NODES>,
+    step: &'a ElementStep,
+}
+
+impl<E: Element<NODES>, M: Material, R: Real, const NODES: usize> Kernel for Advance<'_, E, M, R, NODES> {
+    type Output = ElementUpdate<R, NODES>;
+
+    #[inline(always)]
+    fn run(self) -> ElementUpdate<R, NODES> {
+        let Driven { element, material, points, history } = self.driven;
+        let points = PackPoints { points: &mut **points, pack: 0, exchange: &mut Exchange::new() };
+        element.advance(material.elasticity(), points, history, self.motion, self.step)
+    }
+}
+
+/// A hex of eight points.
+pub type Hex<M> = Driven<Formulation, M, f64, 8>;
+
+impl<M: Material> Hex<M> {
+    /// Moves it from `old` to `new` within `step.time_step` along straight lines.
+    pub fn moved(&mut self, reference: &Corners, [old, new]: [&Corners; 2], step: &ElementStep) -> HexUpdate<f64> {
+        let velocity =
+            std::array::from_fn(|a| Vector3(std::array::from_fn(|i| (new[a][i] - old[a][i]) / step.time_step)));
+        let corner_mass = smallest(&row_sum_mass(reference, self.material.elasticity().density()));
+        let motion = HexMotion { reference: vectors(reference), position: vectors(new), velocity, corner_mass };
+        self.advance(&motion, step)
+    }
 }

@@ -2,17 +2,16 @@
 //! [`tet4`]), however the material is cut into parts. As with forces, each patch sums in rows of its own and each node sums its
 //! rows in one order.
 
+use super::{MOST_LANES, NodalMotion};
 use crate::assembly::RowLists;
 use crate::patch::{PATCH, Patches};
 use crate::patch_rows::PatchRows;
 use crate::simulation::Block;
-use crate::solid_block::{MOST_LANES, NodalMotion};
-use estar_element::element::{ElementHistory, ElementMotion, Neighbourhood};
+use estar_element::element::{ElementHistory, ElementMotion, Neighbourhood, OwnHistory};
 use estar_element::tet4::{self, NODES, mean_stress_forces, volumes};
 use estar_material::MaterialModel;
 use estar_tensor::{Kernel, Real, Vector3};
 use rayon::prelude::*;
-use std::marker::PhantomData;
 use std::ops::Range;
 
 /// Averages over the nodes of all tets of one material.
@@ -36,18 +35,22 @@ struct Member {
 }
 
 /// The packs of a block, in patches.
-pub(crate) struct Packs<'a, H, R> {
+pub(crate) struct Packs<'a, Own, R> {
     patches: &'a Patches,
-    history: &'a mut [H],
+    history: &'a mut [ElementHistory<R, Own>],
     element_count: usize,
     corner_count: usize,
-    lanes: PhantomData<R>,
 }
 
-impl<'a, H, R> Packs<'a, H, R> {
+impl<'a, Own, R> Packs<'a, Own, R> {
     /// The packs of `element_count` elements with `corner_count` corners each.
-    pub fn new(patches: &'a Patches, history: &'a mut [H], element_count: usize, corner_count: usize) -> Self {
-        Self { patches, history, element_count, corner_count, lanes: PhantomData }
+    pub fn new(
+        patches: &'a Patches,
+        history: &'a mut [ElementHistory<R, Own>],
+        element_count: usize,
+        corner_count: usize,
+    ) -> Self {
+        Self { patches, history, element_count, corner_count }
     }
 }
 
@@ -142,12 +145,9 @@ impl NodalAverages {
     }
 }
 
-impl<H, R: Real> Packs<'_, H, R> {
+impl<Own: OwnHistory<R>, R: Real> Packs<'_, Own, R> {
     /// Does a task with every element, in parallel patches.
-    pub fn visit<S>(&mut self, task: Task, motion: NodalMotion<'_>, averages: &[[f64; 3]], rows: &mut [[f64; 4]])
-    where
-        H: ElementHistory<R, S>,
-    {
+    pub fn visit(&mut self, task: Task, motion: NodalMotion<'_>, averages: &[[f64; 3]], rows: &mut [[f64; 4]]) {
         let (patches, packs) = (self.patches, PATCH / R::LANES);
         let pack_corners = self.corner_count * R::LANES;
         let element_count = self.element_count;
@@ -168,7 +168,6 @@ impl<H, R: Real> Packs<'_, H, R> {
                     corners,
                     pack_corners,
                     rows: &mut rows[..nodes.len()],
-                    numbers: PhantomData::<(R, S)>,
                 });
             });
         });
@@ -176,18 +175,17 @@ impl<H, R: Real> Packs<'_, H, R> {
 }
 
 /// The work of one thread at a time.
-struct PatchTask<'a, H, R, S> {
+struct PatchTask<'a, Own, R> {
     task: Task,
     of_nodes: PatchRows<'a, 4>,
-    history: &'a mut [H],
+    history: &'a mut [ElementHistory<R, Own>],
     element_count: usize,
     corners: &'a [u16],
     pack_corners: usize,
     rows: &'a mut [[f64; 4]],
-    numbers: PhantomData<(R, S)>,
 }
 
-impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
+impl<Own: OwnHistory<R>, R: Real> Kernel for PatchTask<'_, Own, R> {
     type Output = ();
 
     #[inline(always)]
@@ -202,8 +200,8 @@ impl<S, H: ElementHistory<R, S>, R: Real> Kernel for PatchTask<'_, H, R, S> {
         let mut of_lanes = [[0.0; MOST_LANES]; 4];
         let mut force_lanes = [[[0.0; MOST_LANES]; 3]; NODES];
         for (pack, (history, corners)) in history.iter_mut().zip(corners.chunks_exact(pack_corners)).enumerate() {
-            let is_deleted = history.stable_time_step().ge(R::splat(f64::INFINITY));
-            let Some(shared) = history.neighbourhood_mut() else { continue };
+            let is_deleted = history.stable_time_step.ge(R::splat(f64::INFINITY));
+            let Some(shared) = history.own.neighbourhood_mut() else { continue };
             of_nodes.motion(corners, &mut motion, |corner, rows| averages[corner] = Vector3(rows[3]));
             let lane_count = R::LANES.min(element_count - pack * R::LANES);
             let added = match task {

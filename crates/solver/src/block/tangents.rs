@@ -1,9 +1,11 @@
 //! The linear forces of a block: what they depend on, and their sums on the nodes. The material is its elastic constants, so that
 //! this is compiled once for each element and not for each material.
 
+use super::deletion::rest;
+use super::patch_kernel::subtract;
+use super::{MOST_LANES, NodalMotion};
 use crate::patch::{PATCH, Patches};
 use crate::patch_rows::PatchRows;
-use crate::solid_block::{MOST_LANES, NodalMotion, rest, subtract};
 use estar_element::element::{Element, ElementMotion, ElementStep, Tangent};
 use estar_material::IsotropicElasticity;
 use estar_tensor::{Kernel, Real};
