@@ -9,7 +9,7 @@ use crate::setup::Problem;
 use crate::summary::hex;
 use estar_io::{Checkpoint, CheckpointWriter, one_line};
 use estar_mesh::Mesh;
-use estar_solver::Simulation;
+use estar_solver::{STATE_LAYOUT, Simulation};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -39,6 +39,9 @@ impl From<Bits> for f64 {
 pub struct Identity {
     /// Version of Estar.
     pub version: String,
+    /// Layout of the numbers of the state, [`STATE_LAYOUT`]; 0 of checkpoints that did not say.
+    #[serde(default)]
+    pub state_layout: u32,
     /// SHA-256 of the deck's text, and of overrides.
     pub deck: String,
     /// SHA-256 of the mesh.
@@ -96,6 +99,7 @@ impl Identity {
     pub fn of(problem: &Problem) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            state_layout: STATE_LAYOUT,
             deck: problem.deck_hash.clone(),
             mesh: mesh_hash(&problem.mesh),
         }
@@ -107,6 +111,10 @@ impl Identity {
             // it may be forged
             let written_by = one_line(&self.version);
             return Some(format!("it was written by Estar {written_by}, and this is {}", wanted.version));
+        }
+        if self.state_layout != wanted.state_layout {
+            let (found, read) = (self.state_layout, wanted.state_layout);
+            return Some(format!("its state has layout {found}, and this program reads layout {read}"));
         }
         if self.mesh != wanted.mesh {
             return Some("it is of another mesh: the mesh file, or [mesh] scale, has changed since".to_owned());
@@ -342,6 +350,16 @@ mod tests {
             .map(|path| path.file_name().unwrap().to_str().unwrap().to_owned())
             .collect();
         assert_eq!(names, [1_000_000_000_000, 999_999_999_999, 20, 3].map(file_name));
+    }
+
+    #[test]
+    fn another_layout_of_the_state_is_refused_by_name() {
+        let text = r#"{"version": "0.1.0", "deck": "d", "mesh": "m"}"#;
+        let found: Identity = serde_json::from_str(text).unwrap();
+        let wanted = Identity { state_layout: STATE_LAYOUT, ..found.clone() };
+        let difference = found.difference(&wanted).unwrap();
+        assert_eq!(difference, format!("its state has layout 0, and this program reads layout {STATE_LAYOUT}"));
+        assert_eq!(wanted.difference(&wanted), None);
     }
 
     #[test]

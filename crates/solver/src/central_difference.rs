@@ -5,6 +5,7 @@ use crate::energy::Passage;
 use crate::error::SimulationError;
 use crate::kick::{Kick, NodeSums, Place};
 use crate::simulation::Simulation;
+use crate::sums::up_the_tree;
 use crate::wall_contact::Behind;
 use estar_element::element::ElementStep;
 use rayon::prelude::*;
@@ -84,7 +85,7 @@ impl Simulation {
             block.hourglass_energy += report.hourglass_energy;
             block.deleted_count += u64::from(report.deleted_count);
             self.energies.heat += report.plastic_dissipation * block.elements.heat_share().unwrap_or(0.0);
-            self.elements = self.elements.followed_by(&report);
+            self.elements = self.elements.followed_by(report);
         }
         for averages in &mut self.averages {
             averages.add_mean_stress_forces(&mut self.blocks, motion, &mut self.patch_forces);
@@ -196,7 +197,8 @@ impl Simulation {
                 velocity[local] = moved.velocity;
             }
         });
-        let sums = self.node_sums.iter().fold(NodeSums::default(), NodeSums::plus);
+        let of_chunk = |chunk: usize| self.node_sums[chunk];
+        let sums = up_the_tree(self.node_sums.len(), NodeSums::default(), &of_chunk, &NodeSums::plus);
         self.behind = sums.behind;
 
         // works of the forces of t_n: half over the step before, half over the step after
@@ -210,8 +212,9 @@ impl Simulation {
         self.damping_work.enter(sums.damping_work);
         let wall_count = self.walls.len();
         for (index, wall) in self.walls.iter_mut().enumerate() {
-            let of_chunks = self.wall_impulses.iter().skip(index).step_by(wall_count);
-            let impulse = of_chunks.fold([0.0; 3], |sum, impulse| std::array::from_fn(|i| sum[i] + impulse[i]));
+            let of_chunk = |chunk: usize| self.wall_impulses[chunk * wall_count + index];
+            let plus = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] + b[i]);
+            let impulse = up_the_tree(self.node_sums.len(), [0.0; 3], &of_chunk, &plus);
             wall.enter(&impulse, mean_step);
         }
         self.energies.kinetic = sums.kinetic;

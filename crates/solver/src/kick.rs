@@ -172,7 +172,7 @@ impl NodeSums {
     }
 
     /// The sums of two chunks, of which `other` comes after.
-    pub fn plus(mut self, other: &Self) -> Self {
+    pub fn plus(mut self, other: Self) -> Self {
         self.kinetic += other.kinetic;
         self.added_kinetic += other.added_kinetic;
         add(&mut self.integration, other.integration);

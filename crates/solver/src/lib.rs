@@ -24,6 +24,7 @@ mod patch_rows;
 mod rigid_wall;
 mod simulation;
 mod state;
+mod sums;
 mod traffic;
 mod wall_contact;
 
@@ -35,4 +36,4 @@ pub use memory::memory_needed;
 pub use model::Model;
 pub use natural_frequency::NaturalFrequency;
 pub use simulation::{Extremes, Simulation};
-pub use state::NoState;
+pub use state::{NoState, STATE_LAYOUT};

@@ -368,7 +368,13 @@ impl Simulation {
 
     /// Whether each element has been deleted.
     pub fn deleted(&self) -> Vec<bool> {
-        self.stable_time_steps().into_iter().map(|step| step == f64::INFINITY).collect()
+        let mut deleted = vec![false; self.element_count()];
+        for block in &self.blocks {
+            for (place, &element) in block.elements.members().iter().enumerate() {
+                deleted[element as usize] = block.elements.is_deleted(place);
+            }
+        }
+        deleted
     }
 
     /// Stable time step of every element, s, without the safety factor and without the effect of bulk viscosity; infinite of

@@ -11,6 +11,9 @@ use thiserror::Error;
 #[error("its numbers are those of no state of this run")]
 pub struct NoState;
 
+/// Version of what [`Simulation::for_each_number`] visits and of its order; it grows with each change of that.
+pub const STATE_LAYOUT: u32 = 2;
+
 /// Numbers of the state that stand alone.
 const SCALARS: usize = 20;
 
@@ -67,7 +70,7 @@ impl Simulation {
             block.hourglass_energy = next();
             block.elements.restore(&mut next);
             let elements = &block.elements;
-            let is_deleted = |place: &usize| elements.stable_time_step(*place) == f64::INFINITY;
+            let is_deleted = |place: &usize| elements.is_deleted(*place);
             block.deleted_count = (0..elements.members().len()).filter(is_deleted).count() as u64;
         }
         // at time 0 the works have begun, and the ledger has not seen them yet

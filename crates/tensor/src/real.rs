@@ -156,7 +156,9 @@ pub trait Real:
 }
 
 /// One truth value a lane.
-pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+pub trait Mask:
+    Copy + Debug + Send + Sync + 'static + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
     /// Whether any lane is true.
     fn any(self) -> bool;
 

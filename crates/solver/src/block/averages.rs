@@ -2,6 +2,7 @@
 //! [`tet4`]), however the material is cut into parts. As with forces, each patch sums in rows of its own and each node sums its
 //! rows in one order.
 
+use super::deletion::Life;
 use super::{MOST_LANES, NodalMotion};
 use crate::assembly::RowLists;
 use crate::patch::{PATCH, Patches};
@@ -35,22 +36,22 @@ struct Member {
 }
 
 /// The packs of a block, in patches.
-pub(crate) struct Packs<'a, Own, R> {
+pub(crate) struct Packs<'a, Own, R: Real> {
     patches: &'a Patches,
     history: &'a mut [ElementHistory<R, Own>],
+    lives: &'a [Vec<Life<R>>],
     element_count: usize,
-    corner_count: usize,
 }
 
-impl<'a, Own, R> Packs<'a, Own, R> {
-    /// The packs of `element_count` elements with `corner_count` corners each.
+impl<'a, Own, R: Real> Packs<'a, Own, R> {
+    /// The packs of `element_count` elements.
     pub fn new(
         patches: &'a Patches,
         history: &'a mut [ElementHistory<R, Own>],
+        lives: &'a [Vec<Life<R>>],
         element_count: usize,
-        corner_count: usize,
     ) -> Self {
-        Self { patches, history, element_count, corner_count }
+        Self { patches, history, lives, element_count }
     }
 }
 
@@ -149,21 +150,23 @@ impl<Own: OwnHistory<R>, R: Real> Packs<'_, Own, R> {
     /// Does a task with every element, in parallel patches.
     pub fn visit(&mut self, task: Task, motion: NodalMotion<'_>, averages: &[[f64; 3]], rows: &mut [[f64; 4]]) {
         let (patches, packs) = (self.patches, PATCH / R::LANES);
-        let pack_corners = self.corner_count * R::LANES;
+        let pack_corners = NODES * R::LANES;
         let element_count = self.element_count;
         let work = self
             .history
             .par_chunks_mut(packs)
             .zip(patches.corners().par_chunks(packs * pack_corners))
             .zip(rows.par_chunks_mut(patches.stride()))
+            .zip(self.lives.par_iter())
             .enumerate();
-        work.for_each(|(patch, ((history, corners), rows))| {
+        work.for_each(|(patch, (((history, corners), rows), lives))| {
             let nodes = patches.nodes(patch);
             PatchRows::of_motion_and(nodes, motion, averages, |of_nodes| {
                 R::vectorize(PatchTask {
                     task,
                     of_nodes,
                     history,
+                    lives,
                     element_count: (element_count - patch * PATCH).min(PATCH),
                     corners,
                     pack_corners,
@@ -175,10 +178,11 @@ impl<Own: OwnHistory<R>, R: Real> Packs<'_, Own, R> {
 }
 
 /// The work of one thread at a time.
-struct PatchTask<'a, Own, R> {
+struct PatchTask<'a, Own, R: Real> {
     task: Task,
     of_nodes: PatchRows<'a, 4>,
     history: &'a mut [ElementHistory<R, Own>],
+    lives: &'a [Life<R>],
     element_count: usize,
     corners: &'a [u16],
     pack_corners: usize,
@@ -190,7 +194,7 @@ impl<Own: OwnHistory<R>, R: Real> Kernel for PatchTask<'_, Own, R> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { task, of_nodes, history, element_count, corners, pack_corners, rows, .. } = self;
+        let Self { task, of_nodes, history, lives, element_count, corners, pack_corners, rows } = self;
         if matches!(task, Task::AddVolumes { .. } | Task::AddStresses) {
             rows.fill([0.0; 4]);
         }
@@ -200,7 +204,7 @@ impl<Own: OwnHistory<R>, R: Real> Kernel for PatchTask<'_, Own, R> {
         let mut of_lanes = [[0.0; MOST_LANES]; 4];
         let mut force_lanes = [[[0.0; MOST_LANES]; 3]; NODES];
         for (pack, (history, corners)) in history.iter_mut().zip(corners.chunks_exact(pack_corners)).enumerate() {
-            let is_deleted = history.stable_time_step.ge(R::splat(f64::INFINITY));
+            let is_deleted = lives.get(pack).map_or(zero.lt(zero), |life| life.deleted);
             let Some(shared) = history.own.neighbourhood_mut() else { continue };
             of_nodes.motion(corners, &mut motion, |corner, rows| averages[corner] = Vector3(rows[3]));
             let lane_count = R::LANES.min(element_count - pack * R::LANES);

@@ -3,6 +3,34 @@
 use estar_element::element::{ElementMotion, ElementUpdate};
 use estar_tensor::{Mask, Real};
 
+/// Which elements of a pack are there no more, and what they would take along.
+#[derive(Clone, Copy)]
+pub(super) struct Life<R: Real> {
+    /// Elements that have been deleted.
+    pub deleted: R::Mask,
+    /// Stress power that those that are there have taken, J, for the ledger of those that are deleted.
+    pub internal_energy: R,
+}
+
+impl<R: Real> Life<R> {
+    /// Of elements that are all there and have taken nothing.
+    pub fn new() -> Self {
+        let zero = R::splat(0.0);
+        Self { deleted: zero.lt(zero), internal_energy: zero }
+    }
+
+    /// Calls `visit` with the numbers of each lane: whether it has been deleted, 1 or 0, and what it has taken.
+    pub fn for_each(&self, mut visit: impl FnMut(R)) {
+        visit(R::select(self.deleted, R::splat(1.0), R::splat(0.0)));
+        visit(self.internal_energy);
+    }
+
+    /// That whose numbers `next` gives in the order of [`Life::for_each`].
+    pub fn from_numbers(mut next: impl FnMut() -> R) -> Self {
+        Self { deleted: next().gt(R::splat(0.5)), internal_energy: next() }
+    }
+}
+
 /// Elements that are deleted in a step.
 pub(super) struct Deleted {
     pub count: u32,
@@ -23,22 +51,19 @@ impl Deleted {
     }
 }
 
-/// The lanes of elements that have been deleted, which their infinite time step tells. They stand still where they began, so
-/// that nothing comes of them.
+/// Lets deleted elements stand still where they began, so that nothing comes of them.
 #[inline(always)]
-pub(super) fn rest<R: Real, const NODES: usize>(stable_time_step: R, motion: &mut ElementMotion<R, NODES>) -> R::Mask {
-    let are_deleted = stable_time_step.ge(R::splat(f64::INFINITY));
-    if are_deleted.any() {
+pub(super) fn rest<R: Real, const NODES: usize>(deleted: R::Mask, motion: &mut ElementMotion<R, NODES>) {
+    if deleted.any() {
         for corner in 0..NODES {
             for axis in 0..3 {
                 let (reference, position) = (motion.reference[corner].0[axis], &mut motion.position[corner].0[axis]);
-                *position = R::select(are_deleted, reference, *position);
+                *position = R::select(deleted, reference, *position);
                 let velocity = &mut motion.velocity[corner].0[axis];
-                *velocity = R::select(are_deleted, R::splat(0.0), *velocity);
+                *velocity = R::select(deleted, R::splat(0.0), *velocity);
             }
         }
     }
-    are_deleted
 }
 
 /// Takes force, energies and time step from deleted elements.

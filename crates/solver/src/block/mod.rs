@@ -106,6 +106,9 @@ pub(crate) trait ElementBlock: Send + Sync {
     /// Makes an element heavier by a factor, as far as its stable time step goes.
     fn scale_mass(&mut self, element: usize, factor: f64);
 
+    /// Whether an element has been deleted.
+    fn is_deleted(&self, element: usize) -> bool;
+
     /// Stable time step of an element on its last geometry, s; infinite of one that has been deleted.
     fn stable_time_step(&self, element: usize) -> f64;
 

@@ -1,6 +1,6 @@
 //! A step of the elements of a patch.
 
-use super::deletion::{Deleted, delete, rest};
+use super::deletion::{Deleted, Life, delete, rest};
 use super::frequencies::Frequencies;
 use super::report::{BlockReport, LaneExtreme};
 use super::solid::History;
@@ -25,7 +25,7 @@ pub(super) struct PatchKernel<'a, E: Element<NODES>, R: Real, const NODES: usize
     pub history: &'a mut [History<E, R, NODES>],
     pub points: &'a mut dyn MaterialPoints<R>,
     /// Of each pack; empty where no element is ever deleted.
-    pub internal_energies: &'a mut [R],
+    pub lives: &'a mut [Life<R>],
     /// Of each pack; empty where nobody watches them.
     pub frequencies: &'a mut [Frequencies<R>],
     pub corners: &'a [u16],
@@ -44,7 +44,6 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> Kernel for PatchKernel<'_, 
         let mut stable_time_step = LaneExtreme::none();
         let (mut growth, mut decline) = (R::splat(0.0), R::splat(0.0));
         let mut not_finite = None;
-        let deletes = !self.internal_energies.is_empty();
         let mut deleted = Deleted { count: 0, energy: 0.0 };
         // forces of a pack, the corners of an element side by side
         let mut corner_forces = [[[0.0; 4]; NODES]; MOST_LANES];
@@ -59,13 +58,13 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> Kernel for PatchKernel<'_, 
             self.rows.motion(corners, &mut motion, |_, _| ());
             let zero = R::splat(0.0);
             let mut is_deleted = zero.lt(zero);
-            if deletes {
-                is_deleted = rest(history.stable_time_step, &mut motion);
+            if let Some(life) = self.lives.get(pack) {
+                is_deleted = life.deleted;
+                rest(is_deleted, &mut motion);
             }
             let points = PackPoints { points: &mut *self.points, pack, exchange: &mut exchange };
             let mut update = self.element.advance(self.elasticity, points, history, &motion, self.step);
-            if deletes {
-                let energy_so_far = &mut self.internal_energies[pack];
+            if let Some(life) = self.lives.get_mut(pack) {
                 let is_flat = update.stable_time_step.lt(R::splat(self.limits.least_stable_time_step));
                 let ends = (update.min_jacobian.le(zero) | is_flat) & !is_deleted;
                 is_deleted = is_deleted | ends;
@@ -73,9 +72,10 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> Kernel for PatchKernel<'_, 
                     delete(is_deleted, &mut update);
                     self.points.reset(pack, is_deleted);
                     *history = ElementHistory::select(is_deleted, &ElementHistory::new(f64::INFINITY), history);
-                    deleted.enter(ends, energy_so_far, members.len());
+                    deleted.enter(ends, &mut life.internal_energy, members.len());
                 }
-                *energy_so_far += update.internal_energy;
+                life.deleted = is_deleted;
+                life.internal_energy += update.internal_energy;
             }
 
             let mut force_sum = R::splat(0.0);

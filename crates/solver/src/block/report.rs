@@ -54,7 +54,7 @@ impl BlockReport {
     };
 
     /// The report of this and of a later block or patch.
-    pub fn followed_by(self, later: &Self) -> Self {
+    pub fn followed_by(self, later: Self) -> Self {
         Self {
             internal_energy: self.internal_energy + later.internal_energy,
             plastic_dissipation: self.plastic_dissipation + later.plastic_dissipation,

@@ -1,6 +1,7 @@
 //! Elements of one formulation and one material, packed so that the lanes of a number are elements.
 
 use super::averages::{Packs, Task};
+use super::deletion::Life;
 use super::frequencies::Frequencies;
 use super::means::write_means;
 use super::patch_kernel::PatchKernel;
@@ -10,6 +11,7 @@ use super::{ElementBlock, Elements, NodalMotion, StepLimits, corner_nodes};
 use crate::fields::ElementMeans;
 use crate::patch::{PATCH, Patches};
 use crate::patch_rows::PatchRows;
+use crate::sums::up_the_tree;
 use estar_element::element::{Element, ElementHistory, ElementStep, Tangent};
 use estar_material::IsotropicElasticity;
 use estar_material::points::{MaterialPoints, PointExtremes};
@@ -28,11 +30,10 @@ pub(super) struct SolidBlock<E: Element<NODES>, R: Real, const NODES: usize> {
     patches: Patches,
     corner_mass: Vec<R>,
     history: Vec<History<E, R, NODES>>,
-    /// The points of each patch.
+    /// Of each patch.
     points: Vec<Box<dyn MaterialPoints<R>>>,
-    /// Stress power that each element of each patch has taken, J, for the ledger of those that are deleted; empty where none
-    /// ever is.
-    internal_energies: Vec<Vec<R>>,
+    /// Of each pack of each patch; empty where no element is ever deleted.
+    lives: Vec<Vec<Life<R>>>,
     /// Frequencies of each pack of elements of each patch; empty where nobody watches them.
     frequencies: Vec<Vec<Frequencies<R>>>,
     /// Of each pack, since the last [`ElementBlock::find_tangents`].
@@ -73,7 +74,7 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> SolidBlock<E, R, NODES> {
             history: vec![ElementHistory::new(0.0); pack_count],
             // each thread is the first to touch its part, which takes as long as all else here
             points: (0..count.div_ceil(PATCH)).into_par_iter().map(patch_points).collect(),
-            internal_energies: of_packs::<R, _>(zero, pack_count, behaviour.deletes),
+            lives: of_packs::<R, _>(Life::new(), pack_count, behaviour.deletes),
             frequencies: of_packs::<R, _>(Frequencies { now: zero, then: zero }, pack_count, behaviour.watches),
             linear: Vec::new(),
             reports: vec![BlockReport::EMPTY; count.div_ceil(PATCH)],
@@ -107,20 +108,14 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> ElementBlock for SolidBlock
             .zip(patches.corners().par_chunks(packs * Self::PACK_CORNERS))
             .zip(self.corner_mass.par_chunks(packs))
             .zip(patch_forces.par_chunks_mut(patches.stride()))
-            .zip(self.internal_energies.par_iter_mut())
+            .zip(self.lives.par_iter_mut())
             .zip(self.frequencies.par_iter_mut())
             .zip(self.reports.par_iter_mut())
             .enumerate();
         work.for_each(
             |(
                 patch,
-                (
-                    (
-                        ((((((history, points), members), corners), corner_mass), forces), internal_energies),
-                        frequencies,
-                    ),
-                    report,
-                ),
+                ((((((((history, points), members), corners), corner_mass), forces), lives), frequencies), report),
             )| {
                 let nodes = patches.nodes(patch);
                 *report = PatchRows::of_motion(nodes, motion, |rows| {
@@ -133,7 +128,7 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> ElementBlock for SolidBlock
                         members,
                         history,
                         points: &mut **points,
-                        internal_energies,
+                        lives,
                         frequencies,
                         corners,
                         corner_mass,
@@ -142,7 +137,8 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> ElementBlock for SolidBlock
                 });
             },
         );
-        self.reports.iter().fold(BlockReport::EMPTY, BlockReport::followed_by)
+        let report = |patch: usize| self.reports[patch];
+        up_the_tree(self.reports.len(), BlockReport::EMPTY, &report, &BlockReport::followed_by)
     }
 
     fn shares_volume(&self) -> bool {
@@ -156,15 +152,19 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> ElementBlock for SolidBlock
         averages: &[[f64; 3]],
         rows: &mut [[f64; 4]],
     ) {
-        let mut packs = Packs::<_, R>::new(&self.patches, &mut self.history, self.members.len(), NODES);
+        let mut packs = Packs::<_, R>::new(&self.patches, &mut self.history, &self.lives, self.members.len());
         packs.visit(task, motion, averages, rows);
     }
 
     fn find_tangents(&mut self, motion: NodalMotion<'_>, step: &ElementStep) {
-        let absent = LinearPack { stable_time_step: R::splat(f64::INFINITY), tangent: Tangent::none() };
+        let zero = R::splat(0.0);
+        let absent = LinearPack { deleted: zero.lt(zero), stable_time_step: zero, tangent: Tangent::none() };
         self.linear.resize(self.history.len(), absent);
         for (pack, history) in self.linear.iter_mut().zip(&self.history) {
             pack.stable_time_step = history.stable_time_step;
+        }
+        for (pack, life) in self.linear.iter_mut().zip(self.lives.iter().flatten()) {
+            pack.deleted = life.deleted;
         }
         let linear = Linear { element: self.element, elasticity: &self.elasticity, patches: &self.patches };
         linear.find_tangents(motion, step, &self.corner_mass, &mut self.linear);
@@ -205,6 +205,12 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> ElementBlock for SolidBlock
         *mass = R::from_lanes(|lane| if copies.contains(&lane) { factor * mass.lane(lane) } else { mass.lane(lane) });
     }
 
+    fn is_deleted(&self, element: usize) -> bool {
+        let life = self.lives[element / PATCH].get(element % PATCH / R::LANES);
+        let mark = |life: &Life<R>| R::select(life.deleted, R::splat(1.0), R::splat(0.0)).lane(element % R::LANES);
+        life.is_some_and(|life| mark(life) != 0.0)
+    }
+
     fn stable_time_step(&self, element: usize) -> f64 {
         self.history[element / R::LANES].stable_time_step.lane(element % R::LANES)
     }
@@ -231,9 +237,8 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> ElementBlock for SolidBlock
             let points = &self.points[element / PATCH];
             points.for_each(element % PATCH / R::LANES, &mut |number| visit(number.lane(lane)));
             self.history[element / R::LANES].for_each(|number| visit(number.lane(lane)));
-            let energies = &self.internal_energies[element / PATCH];
-            if let Some(energy) = energies.get(element % PATCH / R::LANES) {
-                visit(energy.lane(lane));
+            if let Some(life) = self.lives[element / PATCH].get(element % PATCH / R::LANES) {
+                life.for_each(|number| visit(number.lane(lane)));
             }
             if let Some(frequencies) = self.frequencies[element / PATCH].get(element % PATCH / R::LANES) {
                 visit(frequencies.now.lane(lane));
@@ -247,11 +252,11 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> ElementBlock for SolidBlock
         let mut count = 0;
         self.points[0].for_each(0, &mut |_| count += 1);
         self.history[0].for_each(|_| count += 1);
-        let deletes = self.internal_energies.iter().any(|energies| !energies.is_empty());
+        let deletes = self.lives.iter().any(|lives| !lives.is_empty());
         let watches = self.frequencies.iter().any(|frequencies| !frequencies.is_empty());
-        count += usize::from(deletes) + 2 * usize::from(watches);
+        count += 2 * usize::from(deletes) + 2 * usize::from(watches);
         let mut numbers = vec![0.0; count * R::LANES];
-        let mut internal_energies = self.internal_energies.iter_mut().flatten();
+        let mut lives = self.lives.iter_mut().flatten();
         let mut frequencies = self.frequencies.iter_mut().flatten();
         for (pack, (history, members)) in self.history.iter_mut().zip(self.members.chunks(R::LANES)).enumerate() {
             numbers[..count * members.len()].fill_with(&mut *next);
@@ -264,8 +269,8 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> ElementBlock for SolidBlock
             let packs = PATCH / R::LANES;
             self.points[pack / packs].restore(pack % packs, &mut number);
             *history = ElementHistory::from_numbers(&mut number);
-            if let Some(energy) = internal_energies.next() {
-                *energy = number();
+            if let Some(life) = lives.next() {
+                *life = Life::from_numbers(&mut number);
             }
             if let Some(frequencies) = frequencies.next() {
                 *frequencies = Frequencies { now: number(), then: number() };

@@ -13,8 +13,10 @@ use rayon::prelude::*;
 
 /// A pack of elements in linear motion.
 #[derive(Clone, Copy)]
-pub(crate) struct LinearPack<R> {
-    /// On its last geometry, s; infinite of deleted elements.
+pub(crate) struct LinearPack<R: Real> {
+    /// Elements that are there no more.
+    pub deleted: R::Mask,
+    /// On its last geometry, s.
     pub stable_time_step: R,
     pub tangent: Tangent<R>,
 }
@@ -83,17 +85,17 @@ struct Places<'a, const NODES: usize> {
 impl<const NODES: usize> Places<'_, NODES> {
     /// The motion of a pack; deleted elements stand still where they began.
     #[inline(always)]
-    fn motion<R: Real>(&self, pack: usize, stable_time_step: R, corner_mass: R) -> ElementMotion<R, NODES> {
+    fn motion<R: Real>(&self, pack: usize, deleted: R::Mask, corner_mass: R) -> ElementMotion<R, NODES> {
         let count = NODES * R::LANES;
         let mut motion = ElementMotion { corner_mass, ..ElementMotion::at_the_origin() };
         self.rows.motion(&self.corners[pack * count..(pack + 1) * count], &mut motion, |_, _| ());
-        rest(stable_time_step, &mut motion);
+        rest(deleted, &mut motion);
         motion
     }
 }
 
 /// Finds the tangents of a patch.
-struct TangentKernel<'a, E, R, const NODES: usize> {
+struct TangentKernel<'a, E, R: Real, const NODES: usize> {
     element: E,
     elasticity: &'a IsotropicElasticity,
     places: Places<'a, NODES>,
@@ -109,16 +111,15 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> Kernel for TangentKernel<'_
     fn run(self) {
         for (pack, linear) in self.linear.iter_mut().enumerate() {
             let stable_time_step = linear.stable_time_step;
-            let motion = self.places.motion(pack, stable_time_step, self.corner_mass[pack]);
+            let motion = self.places.motion(pack, linear.deleted, self.corner_mass[pack]);
             let tangent = self.element.tangent(self.elasticity, stable_time_step, &motion, self.step);
-            let is_there = stable_time_step.lt(R::splat(f64::INFINITY));
-            linear.tangent = Tangent::select(is_there, &tangent, &Tangent::none());
+            linear.tangent = Tangent::select(linear.deleted, &Tangent::none(), &tangent);
         }
     }
 }
 
 /// Linear forces of a patch.
-struct LinearKernel<'a, E, R, const NODES: usize> {
+struct LinearKernel<'a, E, R: Real, const NODES: usize> {
     element: E,
     elasticity: &'a IsotropicElasticity,
     places: Places<'a, NODES>,
@@ -137,7 +138,7 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> Kernel for LinearKernel<'_,
         self.forces.fill([0.0; 4]);
         let corners = self.places.corners.chunks_exact(NODES * R::LANES);
         for ((pack, linear), corners) in self.linear.iter().enumerate().zip(corners) {
-            let motion = self.places.motion(pack, linear.stable_time_step, R::splat(0.0));
+            let motion = self.places.motion::<R>(pack, linear.deleted, R::splat(0.0));
             let forces =
                 self.element.linear_forces(self.elasticity, &linear.tangent, &motion.position, &motion.velocity);
             for (corner, force) in forces.iter().enumerate() {
