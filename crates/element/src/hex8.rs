@@ -129,7 +129,8 @@ impl Element<CORNERS> for Formulation {
         exchange.tells_flow = false;
         let mut per_reference_volumes = ArrayVec::<R, POINTS>::new();
         let mut volume_change = zero;
-        for (point, told) in exchange.motions.iter_mut().enumerate() {
+        for point in 0..POINTS {
+            let told = &mut exchange.motions[point];
             let gradients = gradients(point);
             let (scaled_gradient, per_reference_volume) = gradients.scaled_deformation_gradient();
             per_reference_volumes.push(per_reference_volume);

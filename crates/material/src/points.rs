@@ -12,6 +12,7 @@ use estar_tensor::{
 };
 use std::any::{Any, TypeId};
 use std::marker::PhantomData;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// No element has more quadrature points.
@@ -167,10 +168,13 @@ impl<R: Real> PackPoints<'_, R> {
     }
 }
 
-/// Packs of elements with `POINTS` points each of one material, and their histories.
+/// Points of packs of elements of one material, and their histories. A pack has one or several groups of `POINTS` points, which are
+/// updated side by side: many short chains of operations keep the processor busier than one long chain a point.
 #[derive(Clone)]
 pub struct StoredPoints<M: Material, R: Real, const POINTS: usize> {
     material: Arc<M>,
+    /// Groups of each pack.
+    group_count: usize,
     states: Vec<[M::State<R>; POINTS]>,
     /// R_n, the first guesses of the next polar decompositions; none where nobody needs any.
     rotations: Vec<[Rotation<R>; POINTS]>,
@@ -178,26 +182,32 @@ pub struct StoredPoints<M: Material, R: Real, const POINTS: usize> {
 
 impl<M: Material, R: Real, const POINTS: usize> StoredPoints<M, R, POINTS> {
     /// Undeformed points.
-    pub fn new(material: Arc<M>, pack_count: usize) -> Self {
+    pub fn new(material: Arc<M>, group_count: usize, pack_count: usize) -> Self {
         let (states, rotations) = ([material.initial_state(); POINTS], [Rotation::identity(); POINTS]);
-        Self { material, states: vec![states; pack_count], rotations: vec![rotations; pack_count] }
+        let count = group_count * pack_count;
+        Self { material, group_count, states: vec![states; count], rotations: vec![rotations; count] }
     }
 
-    /// The histories of the points of each pack.
+    /// Where the groups of a pack are.
+    fn groups(&self, pack: usize) -> Range<usize> {
+        pack * self.group_count..(pack + 1) * self.group_count
+    }
+
+    /// The histories of the points, group by group.
     pub fn states(&self) -> &[[M::State<R>; POINTS]] {
         &self.states
     }
 
-    /// The rotations of the points of each pack.
+    /// The rotations of the points, group by group.
     pub fn rotations(&self) -> &[[Rotation<R>; POINTS]] {
         &self.rotations
     }
 
     /// Mean of a number of the points of a pack.
     fn mean(&self, pack: usize, number: impl Fn(&M::State<R>) -> R) -> R {
-        let share = R::splat(1.0 / POINTS as f64);
+        let share = R::splat(1.0 / (POINTS * self.group_count) as f64);
         let mut mean = R::splat(0.0);
-        for state in &self.states[pack] {
+        for state in self.states[self.groups(pack)].as_flattened() {
             mean += number(state) * share;
         }
         mean
@@ -206,7 +216,7 @@ impl<M: Material, R: Real, const POINTS: usize> StoredPoints<M, R, POINTS> {
 
 impl<M: Material, R: Real, const POINTS: usize> MaterialPoints<R> for StoredPoints<M, R, POINTS> {
     fn of_packs(&self, pack_count: usize) -> Box<dyn MaterialPoints<R>> {
-        Box::new(Self::new(self.material.clone(), pack_count))
+        Box::new(Self::new(self.material.clone(), self.group_count, pack_count))
     }
 
     fn needs(&self) -> Needs {
@@ -217,27 +227,35 @@ impl<M: Material, R: Real, const POINTS: usize> MaterialPoints<R> for StoredPoin
     }
 
     fn update(&mut self, pack: usize, exchange: &mut Exchange<R>, time_step: f64) -> PointsUpdate<R> {
-        let upcoming = self.states.get(pack + 1).zip(self.rotations.get(pack + 1));
-        if let Some((states, rotations)) = upcoming {
-            prefetch(states);
-            prefetch(rotations);
+        let zero = R::splat(0.0);
+        let mut total = PointsUpdate { internal_energy: zero, plastic_dissipation: zero, stiffening: None };
+        for (place, group) in self.groups(pack).enumerate() {
+            // what comes into the cache meanwhile is the same group of the next pack
+            let (states, states_later) = self.states[group..].split_at_mut(1);
+            let (rotations, rotations_later) = self.rotations[group..].split_at_mut(1);
+            let ahead = self.group_count - 1;
+            R::vectorize(Update {
+                material: &*self.material,
+                states: &mut states[0],
+                rotations: &mut rotations[0],
+                upcoming: states_later.get(ahead).zip(rotations_later.get(ahead)),
+                exchange,
+                first: place * POINTS,
+                time_step,
+                total: &mut total,
+            });
         }
-        R::vectorize(Update {
-            material: &*self.material,
-            states: &mut self.states[pack],
-            rotations: &mut self.rotations[pack],
-            exchange,
-            time_step,
-        })
+        total
     }
 
     fn reset(&mut self, pack: usize, lanes: R::Mask) {
         let initial = self.material.initial_state();
         let Rotation(identity) = Rotation::identity();
-        for state in &mut self.states[pack] {
+        let groups = self.groups(pack);
+        for state in self.states[groups.clone()].as_flattened_mut() {
             *state = M::State::select(lanes, &initial, state);
         }
-        for Rotation(rotation) in &mut self.rotations[pack] {
+        for Rotation(rotation) in self.rotations[groups].as_flattened_mut() {
             *rotation = array(|i| R::select(lanes, identity[i], rotation[i]));
         }
     }
@@ -264,14 +282,18 @@ impl<M: Material, R: Real, const POINTS: usize> MaterialPoints<R> for StoredPoin
     }
 
     fn for_each(&self, pack: usize, visit: &mut dyn FnMut(R)) {
-        for (state, rotation) in self.states[pack].iter().zip(&self.rotations[pack]) {
+        let groups = self.groups(pack);
+        let (states, rotations) = (&self.states[groups.clone()], &self.rotations[groups]);
+        for (state, rotation) in states.as_flattened().iter().zip(rotations.as_flattened()) {
             state.for_each(&mut *visit);
             rotation.0.into_iter().for_each(&mut *visit);
         }
     }
 
     fn restore(&mut self, pack: usize, next: &mut dyn FnMut() -> R) {
-        for (state, rotation) in self.states[pack].iter_mut().zip(&mut self.rotations[pack]) {
+        let groups = self.groups(pack);
+        let (states, rotations) = (&mut self.states[groups.clone()], &mut self.rotations[groups]);
+        for (state, rotation) in states.as_flattened_mut().iter_mut().zip(rotations.as_flattened_mut()) {
             *state = M::State::from_numbers(&mut *next);
             *rotation = Rotation(array(|_| next()));
         }
@@ -293,24 +315,36 @@ struct Update<'a, M: Material, R: Real, const POINTS: usize> {
     material: &'a M,
     states: &'a mut [M::State<R>; POINTS],
     rotations: &'a mut [Rotation<R>; POINTS],
+    /// Histories of the next pack.
+    upcoming: Option<(&'a [M::State<R>; POINTS], &'a [Rotation<R>; POINTS])>,
     exchange: &'a mut Exchange<R>,
+    /// Place of the first point of the group in the exchange.
+    first: usize,
     time_step: f64,
+    total: &'a mut PointsUpdate<R>,
 }
 
 impl<M: Material, R: Real, const POINTS: usize> Kernel for Update<'_, M, R, POINTS> {
-    type Output = PointsUpdate<R>;
+    type Output = ();
 
-    /// Each stage takes all points before the next: many short chains of operations side by side keep the processor busier
-    /// than one long chain a point.
+    /// Each stage takes all points of the group before the next. Meanwhile the histories of the next pack come into the cache, a
+    /// part of them with each point, since all at once would wait for the memory.
     #[inline(always)]
-    fn run(self) -> PointsUpdate<R> {
-        let Self { material, states, rotations, exchange, time_step } = self;
+    fn run(self) {
+        let Self { material, states, rotations, upcoming, exchange, first, time_step, total } = self;
         let Exchange { motions, tells_flow, stresses, rotations: turns, flow } = exchange;
+        let motions: &[PointMotion<R>; POINTS] = motions[first..].first_chunk().expect("a motion for each point");
+        let stresses: &mut [_; POINTS] = stresses[first..].first_chunk_mut().expect("a stress for each point");
+        let turns: &mut [_; POINTS] = turns[first..].first_chunk_mut().expect("rotations of each point");
+        let flow: &mut [_; POINTS] = flow[first..].first_chunk_mut().expect("a flow for each point");
         let turns_points = M::Motion::<R>::NEEDS_ROTATION || *tells_flow;
 
         // (i) R of the polar decomposition
         let mut rotations_new = ArrayVec::<Rotation<R>, POINTS>::new();
         for point in 0..POINTS {
+            if let Some((states, _)) = upcoming {
+                prefetch(&states[point]);
+            }
             let rotation_old = rotations[point];
             rotations_new.push(if turns_points {
                 Rotation::nearest(&motions[point].scaled_gradient, rotation_old)
@@ -322,6 +356,9 @@ impl<M: Material, R: Real, const POINTS: usize> Kernel for Update<'_, M, R, POIN
         // (ii) the motion that the material sees
         let mut seen = ArrayVec::<M::Motion<R>, POINTS>::new();
         for point in 0..POINTS {
+            if let Some((_, rotations)) = upcoming {
+                prefetch(&rotations[point]);
+            }
             let (rotation_old, rotation_new) = (rotations[point], rotations_new[point]);
             seen.push(M::Motion::new(&StepKinematics {
                 incremental_displacement_gradient: motions[point].incremental_displacement_gradient,
@@ -336,9 +373,7 @@ impl<M: Material, R: Real, const POINTS: usize> Kernel for Update<'_, M, R, POIN
         }
 
         // (iii) history, ∫ T : D dV over the step on the mid-step volume, and T
-        let zero = R::splat(0.0);
-        let (mut internal_energy, mut plastic_dissipation) = (zero, zero);
-        let mut stiffening = None;
+        let PointsUpdate { internal_energy, plastic_dissipation, stiffening } = total;
         for point in 0..POINTS {
             let state = &mut states[point];
             let update = material.update(state, &seen[point], time_step);
@@ -348,14 +383,13 @@ impl<M: Material, R: Real, const POINTS: usize> Kernel for Update<'_, M, R, POIN
             }
             *state = update.state;
             if let Some(ratio) = material.stiffening(state, &seen[point]) {
-                stiffening = Some(stiffening.map_or(ratio, |largest: R| largest.max(ratio)));
+                *stiffening = Some(stiffening.map_or(ratio, |largest| largest.max(ratio)));
             }
             let volume_half = motions[point].volume_half;
-            internal_energy = update.internal_energy.mul_add(volume_half, internal_energy);
-            plastic_dissipation = update.plastic_dissipation.mul_add(volume_half, plastic_dissipation);
+            *internal_energy = update.internal_energy.mul_add(volume_half, *internal_energy);
+            *plastic_dissipation = update.plastic_dissipation.mul_add(volume_half, *plastic_dissipation);
             stresses[point] = material.cauchy_stress(state, rotations_new[point]);
         }
-        PointsUpdate { internal_energy, plastic_dissipation, stiffening }
     }
 }
 
@@ -369,10 +403,12 @@ impl<M: Material, R: Real, const POINTS: usize> Kernel for MeanStress<'_, M, R, 
 
     #[inline(always)]
     fn run(self) -> SymmetricTensor<R> {
-        let StoredPoints { material, states, rotations } = self.points;
-        let share = R::splat(1.0 / POINTS as f64);
+        let StoredPoints { material, group_count, states, rotations } = self.points;
+        let groups = self.points.groups(self.pack);
+        let share = R::splat(1.0 / (POINTS * group_count) as f64);
         let mut mean = SymmetricTensor::zero();
-        for (state, rotation) in states[self.pack].iter().zip(&rotations[self.pack]) {
+        let (states, rotations) = (states[groups.clone()].as_flattened(), rotations[groups].as_flattened());
+        for (state, rotation) in states.iter().zip(rotations) {
             mean = mean + material.cauchy_stress(state, *rotation) * share;
         }
         mean
@@ -491,9 +527,9 @@ impl<R: Real> MaterialVisitor for OnNumbers<R> {
     fn visit<M: Material>(self, material: &M) -> Box<dyn Any> {
         let material = Arc::new(material.clone());
         let points: Box<dyn MaterialPoints<R>> = match self.point_count {
-            1 => Box::new(StoredPoints::<M, R, 1>::new(material, 0)),
-            4 => Box::new(StoredPoints::<M, R, 4>::new(material, 0)),
-            8 => Box::new(StoredPoints::<M, R, 8>::new(material, 0)),
+            1 => Box::new(StoredPoints::<M, R, 1>::new(material, 1, 0)),
+            4 => Box::new(StoredPoints::<M, R, 4>::new(material, 1, 0)),
+            8 => Box::new(StoredPoints::<M, R, 4>::new(material, 2, 0)),
             other => panic!("no element has {other} points"),
         };
         Box::new(points)

@@ -156,9 +156,8 @@ impl<E: Element<NODES>, M: Material, R: Real, const NODES: usize> Driven<E, M, R
     pub fn new(element: E, material: &M) -> Self {
         let material = Arc::new(material.clone());
         let points: Box<dyn KnownPoints<M, R>> = match E::POINTS {
-            1 => Box::new(StoredPoints::<M, R, 1>::new(material.clone(), 1)),
-            4 => Box::new(StoredPoints::<M, R, 4>::new(material.clone(), 1)),
-            _ => Box::new(StoredPoints::<M, R, 8>::new(material.clone(), 1)),
+            1 => Box::new(StoredPoints::<M, R, 1>::new(material.clone(), 1, 1)),
+            count => Box::new(StoredPoints::<M, R, 4>::new(material.clone(), count / 4, 1)),
         };
         Self { element, material, points, history: ElementHistory::new(0.0) }
     }
