@@ -10,6 +10,9 @@ mod macros;
 pub mod material;
 pub mod model;
 pub mod point;
+pub mod point_column;
+pub mod point_path;
+pub mod point_problem;
 pub mod probe;
 pub mod schema;
 pub mod settings;
@@ -28,7 +31,7 @@ use model::{
     FixTable, GravityTable, InitialVelocityTable, MeshTable, PartTable, PrescribedTable, PressureTable, RigidWallTable,
     TractionTable,
 };
-use point::PointProblem;
+use point_problem::PointProblem;
 use probe::{ExpectTable, ProbeTable};
 use settings::{OutputTable, TimeTable};
 use std::path::Path;

@@ -1,24 +1,22 @@
 //! `estar point`: materials along a path, without a mesh.
 
-pub mod column;
-pub mod path;
+mod journey;
 mod plots;
 
+pub use journey::Journey;
 pub use plots::panels;
 
 use crate::console::{is_coloured, print, tell_rendered};
-use crate::deck::point::{PointProblem, Subject};
+use crate::deck::point_column::{Column, Row};
+use crate::deck::point_problem::{PointProblem, Subject};
 use crate::deck::source::read_text;
 use crate::deck::{self, Reading};
 use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::output::default_directory;
 use crate::sheets;
-use column::Column;
 use estar_io::{AtomicFile, Value, one_line, write_atomically};
-use estar_material::point::{MaterialPoint, Observation, PathError, follow};
-use estar_material::{Consistency, Material, MaterialModel, MaterialVisitor};
-use path::Path;
+use estar_material::{Consistency, MaterialModel};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -81,68 +79,6 @@ fn replace(path: &std::path::Path, content: Option<Vec<u8>>) -> Result<(), Failu
 fn trouble((subject, journey): (&Subject, &Journey)) -> Option<String> {
     let error = journey.trouble.as_ref()?;
     Some(format!("error: {}: {error}\nhelp: the table and the plots show the path up to this step", subject.label))
-}
-
-/// What is told of a material at a moment.
-#[derive(Clone, Copy, Debug)]
-pub struct Row {
-    /// The time, s.
-    pub time: f64,
-    /// The value of the curve.
-    pub driven: f64,
-    /// What there is to tell of the point.
-    pub observation: Observation,
-    /// Whether plastic strain grew in the last step.
-    pub flows: bool,
-}
-
-/// A material's way along the path.
-#[derive(Clone, Debug)]
-pub struct Journey {
-    /// Its rows, the first that of the undeformed state.
-    pub rows: Vec<Row>,
-    /// What ended it too soon.
-    trouble: Option<PathError>,
-}
-
-impl Journey {
-    /// The way of a material along a path.
-    pub fn of(subject: &Subject, path: &Path) -> Self {
-        subject.model.visit(Along(path))
-    }
-}
-
-struct Along<'a>(&'a Path);
-
-impl MaterialVisitor for Along<'_> {
-    type Output = Journey;
-
-    fn visit<M: Material>(self, material: &M) -> Journey {
-        let Self(path) = self;
-        let row = |time: f64, point: &MaterialPoint<'_, M>, flows| Row {
-            time,
-            driven: path.value(time),
-            observation: point.observation(),
-            flows,
-        };
-        let mut rows = vec![row(path.times[0], &MaterialPoint::new(material), false)];
-        let last = path.times.len() - 1;
-        let (mut step, mut strain_old) = (0, 0.0);
-        let journey = follow(
-            material,
-            |time| path.control(time),
-            &path.times,
-            |time, point| {
-                step += 1;
-                let strain = point.equivalent_plastic_strain();
-                if step % path.every == 0 || step == last {
-                    rows.push(row(time, point, strain > strain_old));
-                }
-                strain_old = strain;
-            },
-        );
-        Journey { rows, trouble: journey.err() }
-    }
 }
 
 /// Writes point.csv. A material that came to grief has empty cells from there on, and so has what is not defined: an

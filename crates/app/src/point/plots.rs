@@ -1,8 +1,8 @@
 //! point.png and point.svg.
 
-use super::Journey;
-use super::column::{Column, Dimension, Driven, Quantity};
-use crate::deck::point::PointProblem;
+use super::journey::Journey;
+use crate::deck::point_column::{Column, Dimension, Driven, Quantity};
+use crate::deck::point_problem::PointProblem;
 use crate::plot::{Axis, Curve, Panel};
 
 /// The panels that the deck asks for, or those that suit the path.

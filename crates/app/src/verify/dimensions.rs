@@ -2,9 +2,9 @@
 
 use super::cases::{Case, Check, Quantity, Reference, Runner, When};
 use crate::deck;
+use crate::deck::point_column::{Column, Driven};
 use crate::deck::units::Dimension;
 use crate::history;
-use crate::point::column::{Column, Driven};
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! The outer surface of a frame with a field on it, packed for the page.
 
-use super::results::Stamp;
+use super::stamp::Stamp;
 use crate::fields;
 use crate::memory;
 use crate::plot::surface::{GHOSTS, PART, Part, Skin, Surface};

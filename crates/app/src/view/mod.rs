@@ -8,6 +8,7 @@ mod history;
 mod http;
 mod results;
 mod server;
+mod stamp;
 
 use crate::console::{print, tell};
 use crate::failure::Failure;

@@ -3,6 +3,7 @@
 
 use super::body::Bodies;
 use super::history::HistoryTail;
+use super::stamp::Stamp;
 use crate::lock::{Holder, LOCK_FILE};
 use crate::plot::{figure, shaded};
 use crate::series::Series;
@@ -10,10 +11,9 @@ use estar_io::{one_line, open_ordinary, read_ordinary, visible};
 use serde::Serialize;
 use serde_json::Value;
 use std::fs;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Bytes at the end of `run.jsonl` in which its last line is.
 const END_OF_RECORDS: u64 = 16 * 1024;
@@ -31,34 +31,6 @@ pub struct Results {
     history: Mutex<HistoryTail>,
     series: Mutex<Option<(Stamp, Arc<Series>)>>,
     bodies: Mutex<Bodies>,
-}
-
-/// When a file was written last, and its length: what tells one version of it from another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stamp {
-    written: SystemTime,
-    length: u64,
-}
-
-impl Stamp {
-    /// That of a file.
-    ///
-    /// # Errors
-    /// What the system says.
-    pub fn of(path: &Path) -> io::Result<Self> {
-        let metadata = fs::metadata(path)?;
-        Ok(Self { written: metadata.modified()?, length: metadata.len() })
-    }
-
-    /// Bytes of the file.
-    pub fn length(self) -> u64 {
-        self.length
-    }
-
-    fn version(self) -> String {
-        let since = self.written.duration_since(UNIX_EPOCH).unwrap_or_default();
-        format!("{}-{}", since.as_nanos(), self.length)
-    }
 }
 
 /// Where a run is.
@@ -138,17 +110,18 @@ impl Results {
         }
         let records = file("run.jsonl");
         let progress = last_record(&records);
-        let age = Stamp::of(&records).ok().and_then(|stamp| stamp.written.elapsed().ok()).map(|age| age.as_secs_f64());
+        let age =
+            Stamp::of(&records).ok().and_then(|stamp| stamp.written().elapsed().ok()).map(|age| age.as_secs_f64());
         let summary = file("summary.json");
         let mut content = read_summary(&summary);
         let holder = Holder::of(&self.directory);
         // a run that goes on leaves the summary of its earlier leg until it has its own
-        let written = |path: &Path| Stamp::of(path).ok().map(|stamp| stamp.written);
+        let written = |path: &Path| Stamp::of(path).ok().map(Stamp::written);
         if holder == Holder::Alive && written(&summary) < written(&file(LOCK_FILE)) {
             content = None;
         }
         // a run that goes on has the lines of its earlier leg until it has its own
-        let taken = Stamp::of(&file(LOCK_FILE)).ok().and_then(|stamp| stamp.written.elapsed().ok());
+        let taken = Stamp::of(&file(LOCK_FILE)).ok().and_then(|stamp| stamp.written().elapsed().ok());
         let silence = age.map(|age| taken.map_or(age, |taken| age.min(taken.as_secs_f64())));
         let status = status(content.as_ref(), progress.as_ref(), holder, silence);
         if !matches!(status, Status::Ended(_)) {

@@ -1,8 +1,7 @@
 //! The columns of point.csv.
 
-use super::Row;
-use crate::deck::units;
-use estar_material::point::StretchMeasure;
+use super::units;
+use estar_material::point::{Observation, StretchMeasure};
 
 /// A column of point.csv.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +84,19 @@ pub enum Dimension {
     Temperature,
     /// Pa²/s.
     LoadingRate,
+}
+
+/// What is told of a material at a moment.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The time, s.
+    pub time: f64,
+    /// The value of the curve.
+    pub driven: f64,
+    /// What there is to tell of the point.
+    pub observation: Observation,
+    /// Whether plastic strain grew in the last step.
+    pub flows: bool,
 }
 
 impl Column {

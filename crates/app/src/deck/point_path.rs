@@ -1,9 +1,9 @@
 //! The path of a material point: when, and how it is deformed.
 
-use super::column::Driven;
-use crate::deck::decoder::{At, Decoder};
-use crate::deck::point::{GradientRow, PathKind, PathTable};
-use crate::deck::values::{NEGLIGIBLE, Number, TimePoints, begins_with};
+use super::decoder::{At, Decoder};
+use super::point::{GradientRow, PathKind, PathTable};
+use super::point_column::Driven;
+use super::values::{NEGLIGIBLE, Number, TimePoints, begins_with};
 use crate::diagnostics::Diagnostic;
 use estar_material::point::{Control, StretchMeasure};
 use estar_solver::{Curve, Interpolation};
