@@ -1,14 +1,17 @@
 //! `estar check`: a dry run that says what a run would be and would cost.
 
 use crate::console::{is_coloured, print, print_json, tell_rendered};
+use crate::deck::history_column::COLUMNS;
 use crate::diagnostics::Finding;
 use crate::failure::Failure;
 use crate::fields::Field;
 use crate::format::{bytes, count, duration, prefixed};
 use crate::memory;
 use crate::plausibility;
+use crate::problem::Problem;
+use crate::problem_memory;
 use crate::run::{announcement, machine};
-use crate::setup::{self, LoadError, Problem};
+use crate::setup::{self, LoadError};
 use crate::summary::MeshSummary;
 use estar_material::MaterialModel;
 use estar_solver::model::{Formulation, Part};
@@ -161,7 +164,7 @@ fn forecast(problem: &mut Problem, options: &CheckOptions, lanes: LaneLevel) -> 
         lanes: lanes.name(),
         element_steps_per_second: rate,
         seconds_expected: steps_expected * simulation.element_count() as f64 / rate,
-        memory_bytes: memory::needed(problem) as f64,
+        memory_bytes: problem_memory::needed(problem) as f64,
         memory_left_bytes,
         frames_expected,
         output_bytes_at_most: frames_expected * bytes_of_frame(problem) + rows * bytes_of_row(problem),
@@ -213,7 +216,7 @@ fn bytes_of_frame(problem: &Problem) -> f64 {
 
 /// Bytes of a row of the history.
 fn bytes_of_row(problem: &Problem) -> f64 {
-    20.0 * (crate::history::COLUMNS.len() + problem.probes.len()) as f64
+    20.0 * (COLUMNS.len() + problem.probes.len()) as f64
 }
 
 fn in_words(problem: &Problem, forecast: &Forecast) -> String {

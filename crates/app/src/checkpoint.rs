@@ -3,10 +3,12 @@
 //! The numbers of a checkpoint are those of [`Simulation::for_each_number`]; its head says of which run they are and how far
 //! the outputs were, so that these go on without a gap and without a double.
 
+use crate::bits::Bits;
 use crate::failure::Failure;
+use crate::files;
+use crate::format::hex;
 use crate::inversion::Approach;
-use crate::setup::Problem;
-use crate::summary::hex;
+use crate::problem::Problem;
 use estar_io::{Checkpoint, CheckpointWriter, one_line};
 use estar_mesh::Mesh;
 use estar_solver::{STATE_LAYOUT, Simulation};
@@ -17,22 +19,6 @@ use std::path::{Path, PathBuf};
 
 /// Checkpoints that are kept.
 const KEPT: usize = 2;
-
-/// A number by its bits, which a text must not round.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Bits(u64);
-
-impl From<f64> for Bits {
-    fn from(number: f64) -> Self {
-        Self(number.to_bits())
-    }
-}
-
-impl From<Bits> for f64 {
-    fn from(bits: Bits) -> Self {
-        Self::from_bits(bits.0)
-    }
-}
 
 /// Which run a checkpoint is of.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -160,21 +146,10 @@ fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn file_name(step: u64) -> String {
-    format!("checkpoint_{step:012}.estar")
-}
-
-/// Whether a file has the name of a checkpoint.
-pub fn is_checkpoint(path: &Path) -> bool {
-    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    let step = name.strip_prefix("checkpoint_").and_then(|rest| rest.strip_suffix(".estar"));
-    step.is_some_and(|step| step.len() >= 12 && step.bytes().all(|byte| byte.is_ascii_digit()))
-}
-
 /// The checkpoints in a directory, the newest first.
 fn checkpoints_in(directory: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(directory).into_iter().flatten().flatten();
-    let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(|path| is_checkpoint(path)).collect();
+    let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(|path| files::is_checkpoint(path)).collect();
     // steps have as many digits as it takes; a longer name is a later step
     found.sort_by_key(|path| std::cmp::Reverse((path.as_os_str().len(), path.clone())));
     found
@@ -200,7 +175,7 @@ impl<'a> Checkpoints<'a> {
     /// # Errors
     /// It cannot be written; then the older ones stay.
     pub fn write(&mut self, bookmark: Bookmark, simulation: &Simulation) -> Result<String, Failure> {
-        let name = file_name(simulation.step());
+        let name = files::checkpoint(simulation.step());
         let path = self.directory.join(&name);
         let identity = self.identity.clone();
         let head = Head { identity, step: simulation.step(), time: simulation.time(), bookmark };
@@ -340,7 +315,7 @@ mod tests {
     fn the_newest_is_that_of_the_latest_step() {
         let directory = tempfile::tempdir().unwrap();
         for step in [3, 999_999_999_999, 20, 1_000_000_000_000] {
-            fs::write(directory.path().join(file_name(step)), "").unwrap();
+            fs::write(directory.path().join(files::checkpoint(step)), "").unwrap();
         }
         for other in ["checkpoint_000000000003.estar.partial", "checkpoint_x.estar", "checkpoint_12.estar", "a"] {
             fs::write(directory.path().join(other), "").unwrap();
@@ -349,7 +324,7 @@ mod tests {
             .iter()
             .map(|path| path.file_name().unwrap().to_str().unwrap().to_owned())
             .collect();
-        assert_eq!(names, [1_000_000_000_000, 999_999_999_999, 20, 3].map(file_name));
+        assert_eq!(names, [1_000_000_000_000, 999_999_999_999, 20, 3].map(files::checkpoint));
     }
 
     #[test]
@@ -360,14 +335,5 @@ mod tests {
         let difference = found.difference(&wanted).unwrap();
         assert_eq!(difference, format!("its state has layout 0, and this program reads layout {STATE_LAYOUT}"));
         assert_eq!(wanted.difference(&wanted), None);
-    }
-
-    #[test]
-    fn numbers_keep_their_bits() {
-        for number in [0.1 + 0.2, f64::NAN, -0.0, 5e-324] {
-            let text = serde_json::to_string(&Bits::from(number)).unwrap();
-            let read: Bits = serde_json::from_str(&text).unwrap();
-            assert_eq!(f64::from(read).to_bits(), number.to_bits());
-        }
     }
 }

@@ -4,6 +4,7 @@
 
 use crate::diagnostics::Rendered;
 use crate::failure::Failure;
+use crate::files::LOG;
 use estar_io::{create_ordinary, open_or_create, steers, visible};
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
@@ -81,7 +82,7 @@ impl Console {
     /// # Errors
     /// It cannot be written.
     pub fn log_into(&mut self, directory: &Path, goes_on: bool) -> Result<(), Failure> {
-        let path = directory.join("estar.log");
+        let path = directory.join(LOG);
         let log = if goes_on { open_or_create(&path, OpenOptions::new().append(true)) } else { create_ordinary(&path) };
         self.log = Some(log.map_err(Failure::writing(&path))?);
         Ok(())

@@ -4,7 +4,6 @@ use crate::deck::Deck;
 use crate::deck::model::PrescribedTable;
 use crate::deck::values::{GroupName, OfNodes};
 use crate::diagnostics::{Diagnostic, Diagnostics, Span};
-use crate::setup::Problem;
 use estar_mesh::Mesh;
 use estar_solver::Curve;
 use estar_solver::model::{Direction, Part, Quantity};
@@ -69,17 +68,17 @@ pub fn driven(deck: &Deck) -> Vec<Driven> {
 /// step apart is a blow, and may not be more than this share of that.
 const BLOW: f64 = 0.1;
 
-/// Reports displacements that jump while the time goes on in steps of about `time_step`, or outrun every wave.
-pub fn jumps(problem: &Problem, time_step: f64) -> Diagnostics {
-    let factor = problem.quasi_static.map_or(1.0, |chosen| chosen.mass_factor);
+/// Reports displacements that jump while the time goes on in steps of about `time_step` (s), or outrun every wave in parts of so
+/// many times their mass.
+pub fn jumps(driven: &[Driven], parts: &[Part], mass_factor: f64, time_step: f64) -> Diagnostics {
     // c = √((k + 4μ/3)/ρ), of the fastest material
     let speed = |part: &Part| {
         let elasticity = part.material.elasticity();
-        (elasticity.p_wave_modulus() / (elasticity.density() * factor)).sqrt()
+        (elasticity.p_wave_modulus() / (elasticity.density() * mass_factor)).sqrt()
     };
-    let speed = problem.model.parts.iter().map(speed).fold(0.0, f64::max);
+    let speed = parts.iter().map(speed).fold(0.0, f64::max);
     let mut diagnostics = Diagnostics::default();
-    for Driven { span, curve } in &problem.driven {
+    for Driven { span, curve } in driven {
         let within = speed * time_step;
         let blow = curve.largest_rise(time_step).filter(|(rise, _)| *rise > BLOW * within);
         let (change, time) = curve.largest_change(time_step);

@@ -1,7 +1,7 @@
 //! Which columns of a history are drawn, and which of them together.
 
+use crate::deck::history_column;
 use crate::deck::units::Dimension;
-use crate::history;
 
 /// An energy that is never more than this share of the largest is not shown.
 const SEEN: f64 = 1e-3;
@@ -54,7 +54,7 @@ pub fn panels<'a>(names: &[&'a str], largest: impl Fn(&str) -> f64) -> Vec<Curve
     let unit = Dimension::ENERGY.si_unit();
     let mut panels = vec![CurvePanel { label, unit, is_logarithmic: false, is_probe: false, columns: seen }];
     let alone = |column: &'a str| {
-        let dimension = history::dimension(column);
+        let dimension = history_column::dimension(column);
         CurvePanel {
             label: plain(column),
             unit: dimension

@@ -1,94 +1,14 @@
 //! `history.csv`: a row of numbers every so often.
 
-use crate::deck::units::Dimension;
+use crate::deck::history_column::{COLUMNS, Extra};
 use crate::failure::Failure;
-use crate::setup::Problem;
+use crate::files::HISTORY;
+use crate::problem::Problem;
 use crate::snapshot::Snapshot;
 use crate::summary::{controlling_element, number};
 use estar_io::{HistoryWriter, Value};
 use estar_solver::model::OnInversion;
 use std::path::{Path, PathBuf};
-
-/// The columns before those of the probes.
-pub const COLUMNS: [&str; 18] = [
-    "time",
-    "step",
-    "time_step",
-    "kinetic_energy",
-    "internal_energy",
-    "plastic_dissipation",
-    "viscous_energy",
-    "hourglass_energy",
-    "external_work",
-    "contact_energy",
-    "mass_scaling_energy",
-    "energy_error",
-    "momentum_x",
-    "momentum_y",
-    "momentum_z",
-    "max_equivalent_plastic_strain",
-    "min_jacobian",
-    "controlling_element",
-];
-
-/// Columns that only some problems have; they follow those, in this order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Extra {
-    /// Where a material has a temperature.
-    Thermal,
-    /// Where elements can be deleted.
-    Deletion,
-    /// Where walls are rough.
-    Friction,
-    /// Where vibration is damped.
-    Damping,
-    /// Where the process is quasi-static.
-    QuasiStatic,
-}
-
-impl Extra {
-    const ALL: [Self; 5] = [Self::Thermal, Self::Deletion, Self::Friction, Self::Damping, Self::QuasiStatic];
-
-    fn columns(self) -> &'static [&'static str] {
-        match self {
-            Self::Thermal => &["heat", "max_temperature"],
-            Self::Deletion => &["deleted_energy", "deleted_elements"],
-            Self::Friction => &["friction_energy"],
-            Self::Damping => &["damping_energy"],
-            Self::QuasiStatic => &["kinetic_over_internal"],
-        }
-    }
-
-    fn is_of(self, problem: &Problem) -> bool {
-        let model = &problem.model;
-        match self {
-            Self::Thermal => model.parts.iter().any(|part| part.material.has_temperature()),
-            Self::Deletion => model.settings.on_inversion == OnInversion::Delete,
-            Self::Friction => model.walls.iter().any(|wall| wall.friction > 0.0),
-            Self::Damping => model.settings.mass_damping > 0.0,
-            Self::QuasiStatic => problem.quasi_static.is_some(),
-        }
-    }
-}
-
-/// Whether a probe cannot have this name, because a column can.
-pub fn is_column(name: &str) -> bool {
-    COLUMNS.iter().chain(Extra::ALL.iter().flat_map(|extra| extra.columns())).any(|column| *column == name)
-}
-
-/// The dimension of a column that is no probe.
-pub fn dimension(column: &str) -> Option<Dimension> {
-    Some(match column {
-        "time" | "time_step" => Dimension::TIME,
-        "momentum_x" | "momentum_y" | "momentum_z" => Dimension::MOMENTUM,
-        "max_temperature" => Dimension::TEMPERATURE,
-        "step" | "controlling_element" | "deleted_elements" | "energy_error" => Dimension::NUMBER,
-        "max_equivalent_plastic_strain" | "min_jacobian" | "kinetic_over_internal" => Dimension::NUMBER,
-        "plastic_dissipation" | "external_work" | "heat" => Dimension::ENERGY,
-        energy if is_column(energy) && energy.ends_with("_energy") => Dimension::ENERGY,
-        _ => return None,
-    })
-}
 
 /// The growing file.
 #[derive(Debug)]
@@ -99,10 +19,20 @@ pub struct History {
     row_count: u64,
 }
 
-const FILE: &str = "history.csv";
+/// Whether a problem has such columns.
+fn has(problem: &Problem, extra: Extra) -> bool {
+    let model = &problem.model;
+    match extra {
+        Extra::Thermal => model.parts.iter().any(|part| part.material.has_temperature()),
+        Extra::Deletion => model.settings.on_inversion == OnInversion::Delete,
+        Extra::Friction => model.walls.iter().any(|wall| wall.friction > 0.0),
+        Extra::Damping => model.settings.mass_damping > 0.0,
+        Extra::QuasiStatic => problem.quasi_static.is_some(),
+    }
+}
 
 fn extras(problem: &Problem) -> Vec<Extra> {
-    Extra::ALL.into_iter().filter(|extra| extra.is_of(problem)).collect()
+    Extra::ALL.into_iter().filter(|extra| has(problem, *extra)).collect()
 }
 
 /// The columns of the history of a problem.
@@ -118,7 +48,7 @@ impl History {
     /// # Errors
     /// It cannot be written.
     pub fn create(directory: &Path, problem: &Problem) -> Result<Self, Failure> {
-        let path = directory.join(FILE);
+        let path = directory.join(HISTORY);
         let extras = extras(problem);
         let writer = HistoryWriter::create(&path, &columns(problem, &extras)).map_err(Failure::writing(&path))?;
         Ok(Self { path, extras, writer, row_count: 0 })
@@ -129,7 +59,7 @@ impl History {
     /// # Errors
     /// It cannot be read or written, or has not so many rows.
     pub fn resume(directory: &Path, problem: &Problem, row_count: u64) -> Result<Self, Failure> {
-        let path = directory.join(FILE);
+        let path = directory.join(HISTORY);
         let extras = extras(problem);
         let writer = HistoryWriter::resume(&path, &columns(problem, &extras), row_count);
         Ok(Self { writer: writer.map_err(Failure::writing(&path))?, path, extras, row_count })
@@ -141,8 +71,8 @@ impl History {
     /// The reason.
     pub fn check(directory: &Path, problem: &Problem, row_count: u64) -> Result<(), String> {
         let columns = columns(problem, &extras(problem));
-        let length = HistoryWriter::length_of(&directory.join(FILE), &columns, row_count);
-        length.map(|_| ()).map_err(|error| format!("{FILE}: {error}"))
+        let length = HistoryWriter::length_of(&directory.join(HISTORY), &columns, row_count);
+        length.map(|_| ()).map_err(|error| format!("{HISTORY}: {error}"))
     }
 
     /// Rows so far.
@@ -210,19 +140,5 @@ impl History {
         self.writer.write_row(&row).map_err(Failure::writing(&self.path))?;
         self.row_count += 1;
         Ok(extremes.min_jacobian)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_column_that_is_no_probe_has_its_dimension() {
-        let extras = Extra::ALL.iter().flat_map(|extra| extra.columns());
-        for column in COLUMNS.iter().chain(extras) {
-            assert!(dimension(column).is_some(), "{column}");
-        }
-        assert_eq!(dimension("my_energy"), None);
     }
 }

@@ -1,13 +1,14 @@
 //! Elements that come close to inversion: who is warned of, how close each part came, and a small series of frames of the
 //! element that turned inside out, with its neighbours, through its last steps.
 
-use crate::checkpoint::Bits;
+use crate::bits::Bits;
 use crate::deck::model::element_name;
 use crate::failure::Failure;
 use crate::fields::Field;
+use crate::files::TROUBLE;
 use crate::frames::{FrameNumbers, grid, part_of_element};
 use crate::judgement;
-use crate::setup::Problem;
+use crate::problem::Problem;
 use crate::summary::PartSummary;
 use estar_io::{Grid, ResultWriter, WriteError, make_own_folder};
 use estar_mesh::{Elements, Mesh};
@@ -21,8 +22,6 @@ use std::path::Path;
 const CLOSE: f64 = 0.1;
 /// Steps before the last that the series shows.
 pub const STEPS_SHOWN: u64 = 20;
-/// The directory of the series.
-pub const FOLDER: &str = "trouble";
 
 /// How close each part has come so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -237,7 +236,7 @@ impl Neighbourhood {
     /// It cannot be written.
     pub fn write(&self, states: &[FrameNumbers], directory: &Path) -> Result<(), Failure> {
         let write = || -> Result<(), WriteError> {
-            let folder = directory.join(FOLDER);
+            let folder = directory.join(TROUBLE);
             make_own_folder(&folder).map_err(|source| WriteError::Unwritable { path: folder.clone(), source })?;
             let mut writer = ResultWriter::create(&folder)?;
             states.iter().try_for_each(|state| state.write(&mut writer, &self.grid, &self.mesh, &self.fields))

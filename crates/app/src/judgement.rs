@@ -1,8 +1,8 @@
 //! What a run that has ended is to be doubted for: each doubt in the run's own numbers, with what helps.
 
 use crate::deck::model::element_name;
+use crate::problem::Problem;
 use crate::quasi_static::{MOST_DAMPING, MOST_KINETIC};
-use crate::setup::Problem;
 use crate::summary::{PartSummary, QuasiStaticSummary, Summary, number};
 use estar_solver::model::Formulation;
 

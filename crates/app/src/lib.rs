@@ -3,6 +3,7 @@
 //! [`deck`] reads what a user wrote, [`setup`] makes a problem of it and of the mesh, [`run`] runs it.
 
 pub mod bench;
+pub mod bits;
 pub mod bodies;
 pub mod check;
 pub mod checkpoint;
@@ -13,10 +14,12 @@ pub mod constraints;
 pub mod curves;
 pub mod deck;
 pub mod diagnostics;
+pub mod directory;
 pub mod example;
 pub mod expectations;
 pub mod failure;
 pub mod fields;
+pub mod files;
 pub mod format;
 pub mod frames;
 pub mod history;
@@ -32,6 +35,8 @@ pub mod plot;
 pub mod plot_command;
 pub mod point;
 pub mod probes;
+pub mod problem;
+pub mod problem_memory;
 pub mod progress;
 pub mod quasi_static;
 pub mod run;

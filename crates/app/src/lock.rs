@@ -1,14 +1,12 @@
 //! A directory belongs to one run at a time.
 
 use crate::failure::Failure;
+use crate::files::LOCK;
 use estar_io::{open_or_create, open_ordinary};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 use std::process;
-
-/// The file that is locked. It stays when the run ends; the lock on it goes with the process, however that ends.
-pub const LOCK_FILE: &str = "estar.lock";
 
 /// The right to write into a directory, until dropped.
 #[derive(Debug)]
@@ -22,7 +20,7 @@ impl Lock {
     /// # Errors
     /// Another run has it, whose process is named; or the file cannot be written.
     pub fn acquire(directory: &Path) -> Result<Self, Failure> {
-        let path = directory.join(LOCK_FILE);
+        let path = directory.join(LOCK);
         let opened = open_or_create(&path, OpenOptions::new().read(true).write(true));
         let mut file = opened.map_err(Failure::writing(&path))?;
         match file.try_lock() {
@@ -70,7 +68,7 @@ impl Holder {
     /// That of a directory. The lock is not touched: whoever wants it gets it.
     pub fn of(directory: &Path) -> Self {
         let mut text = String::new();
-        let read = open_ordinary(&directory.join(LOCK_FILE)).and_then(|file| file.take(200).read_to_string(&mut text));
+        let read = open_ordinary(&directory.join(LOCK)).and_then(|file| file.take(200).read_to_string(&mut text));
         let mut lines = text.lines().map(str::trim);
         let owner = lines.next().and_then(|line| line.strip_prefix("process ")?.split_once(" on "));
         let (Ok(_), Some((process, on)), Some(here)) = (read, owner, host()) else { return Self::Unknown };
@@ -134,7 +132,7 @@ mod tests {
             (format!("process {own} on {here}\nstarted {}\n", since + 1), Holder::Gone),
             ("process of another kind".to_owned(), Holder::Unknown),
         ] {
-            std::fs::write(directory.path().join(LOCK_FILE), owner).unwrap();
+            std::fs::write(directory.path().join(LOCK), owner).unwrap();
             assert_eq!(Holder::of(directory.path()), holder);
         }
     }

@@ -2,9 +2,7 @@
 //! by the system in the middle.
 
 use crate::format::bytes;
-use crate::setup::Problem;
 use estar_mesh::Shape;
-use estar_solver::memory_needed;
 use std::fs;
 use std::path::Path;
 
@@ -15,17 +13,6 @@ const BYTES_PER_BYTE_OF_MESH: u64 = 3;
 const BYTES_PER_BYTE_OF_DECK: u64 = 180;
 /// The text of a table and its numbers.
 const BYTES_PER_BYTE_OF_TABLE: u64 = 2;
-/// A frame on its way, with its grid: bytes of numbers and of what they are packed into, per node and per element.
-const FRAME_PER_NODE: usize = 56;
-const FRAME_PER_ELEMENT: usize = 100;
-
-/// Bytes that a run of a problem takes beside those that it has taken already, about.
-pub fn needed(problem: &Problem) -> u64 {
-    let mesh = &problem.mesh;
-    // the thread that writes the frames has a mesh of its own
-    let frames = mesh.node_count() * (FRAME_PER_NODE + 32) + mesh.element_count() * (FRAME_PER_ELEMENT + 40);
-    (memory_needed(mesh, &problem.model) + frames) as u64
-}
 
 /// What can be done about a shortage.
 pub const HELP: &str = "take a coarser mesh or a machine with more memory, or end other programs";
@@ -100,12 +87,8 @@ pub fn shortage_of_new_mesh(size: MeshSize, shape: Shape) -> Option<String> {
     shortage("this mesh", of_new_mesh(size, shape))
 }
 
-/// Why a problem cannot be run, if it does not fit.
-pub fn shortage_of_problem(problem: &Problem) -> Option<String> {
-    shortage("this run", needed(problem))
-}
-
-fn shortage(what: &str, needed: u64) -> Option<String> {
+/// Why something that takes so many bytes cannot be done, if it does not fit.
+pub fn shortage(what: &str, needed: u64) -> Option<String> {
     let available = available().filter(|available| needed > *available)?;
     let [needed, available] = [needed, available].map(|count| bytes(count as f64));
     Some(format!("{what} needs about {needed} of memory, and {available} are left"))

@@ -1,7 +1,7 @@
 //! Bodies that pass through each other, or through themselves, in a run: without contact nothing stops them, and nobody should
 //! take that for a result.
 
-use crate::setup::Problem;
+use crate::problem::Problem;
 use estar_mesh::{Face, PointTree, Shape};
 use estar_solver::Simulation;
 use rayon::prelude::*;

@@ -2,13 +2,13 @@
 
 use crate::deck::Deck;
 use crate::deck::decoder::At;
+use crate::deck::history_column;
 use crate::deck::model::RigidWallTable;
 use crate::deck::probe::{ProbeKind, ProbeTable};
 use crate::deck::units::Dimension;
 use crate::deck::values::{GroupName, OfNodes};
 use crate::diagnostics::{Diagnostic, Diagnostics, Span, listed};
 use crate::fields::{Component, ProbeField};
-use crate::history;
 use crate::snapshot::Snapshot;
 use estar_mesh::quality::volume;
 use estar_mesh::{GroupError, Mesh, Wanted};
@@ -70,7 +70,7 @@ pub fn resolve(deck: &Deck, mesh: &Mesh, parts: &[Part], diagnostics: &mut Diagn
     let mut probes = Vec::new();
     for table in &deck.probe {
         let name = &table.name.0;
-        if history::is_column(&name.value) {
+        if history_column::is_column(&name.value) {
             let message = format!("the probe `{}` has the name of a column that history.csv has anyway", name.value);
             diagnostics.push(Diagnostic::error(message).at(name.span, "this name").help("any other name would do"));
         }

@@ -2,6 +2,7 @@
 
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::files::RECORDS;
 use crate::format::{duration, prefixed};
 use estar_io::{append_whole, open_or_create};
 use estar_solver::Simulation;
@@ -77,7 +78,7 @@ impl Progress {
         simulation: &Simulation,
         earlier: EarlierLegs,
     ) -> Result<Self, Failure> {
-        let records_path = directory.join("run.jsonl");
+        let records_path = directory.join(RECORDS);
         let open = || -> std::io::Result<File> {
             let mut records = open_or_create(&records_path, OpenOptions::new().write(true))?;
             // what a machine that lost its power has not kept is not made up for

@@ -1,23 +1,27 @@
 //! `estar run`: from the deck to the results.
 
-use crate::checkpoint::{self, Bits, Bookmark, Checkpoints, Identity};
+use crate::bits::Bits;
+use crate::checkpoint::{self, Bookmark, Checkpoints, Identity};
 use crate::console::{Console, is_coloured, tell, tell_rendered};
 use crate::deck::settings::CheckpointEvery;
 use crate::deck::units::Dimension;
+use crate::directory::{clear_directory, clear_partial_files, default_directory, make_directory};
 use crate::expectations::{self, Expectation, Moment, Outcome};
 use crate::failure::Failure;
+use crate::files;
 use crate::format::{bytes, count, duration, prefixed};
 use crate::frames::{EarlierFrames, FrameWriter};
 use crate::history::History;
 use crate::inversion::{self, Approach, Neighbourhood};
 use crate::judgement;
 use crate::lock::Lock;
-use crate::output::{Schedule, clear_directory, clear_partial_files, default_directory, make_directory};
+use crate::output::Schedule;
 use crate::passing::Passing;
 use crate::plausibility;
 use crate::probes::Probe;
+use crate::problem::Problem;
 use crate::progress::{EarlierLegs, Progress};
-use crate::setup::{self, Problem};
+use crate::setup;
 use crate::signals;
 use crate::snapshot::Snapshot;
 use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, QuasiStaticSummary, Summary, number, state_hash};
@@ -508,7 +512,7 @@ impl<'a> Run<'a> {
         Ok(format!(
             "the last frame and the last row show the step before; {}/results.pvd shows the element and its neighbours through \
              the last {} steps",
-            inversion::FOLDER,
+            files::TROUBLE,
             states.len()
         ))
     }

@@ -3,22 +3,23 @@
 use crate::bodies::{self, Bodies};
 use crate::conformity;
 use crate::console::is_coloured;
-use crate::constraints::{self, Driven};
+use crate::constraints;
 use crate::deck::decoder::{At, Decoder, GroupMention};
 use crate::deck::source::{TextError, read_text};
 use crate::deck::values::{GroupName, Length, OfFaces, OfNodes, Positive, Quantity};
 use crate::deck::{self, Deck, Reading};
 use crate::diagnostics::{Diagnostic, Diagnostics, Findings, Span, listed, nearest};
-use crate::expectations::{self, Expectation};
+use crate::expectations;
 use crate::failure::Failure;
 use crate::fields::Field;
-use crate::format::short;
+use crate::format::{hex, short};
 use crate::memory;
-use crate::output::{OutputPlan, output_plan};
+use crate::output::output_plan;
 use crate::plausibility;
-use crate::probes::{self, Probe};
+use crate::probes;
+use crate::problem::{PartDescription, Problem};
+use crate::problem_memory;
 use crate::quasi_static::{self, QuasiStatic};
-use crate::summary::hex;
 use crate::tools;
 use crate::trouble;
 use estar_io::MeshFile;
@@ -34,60 +35,6 @@ use estar_solver::{LaneLevel, Simulation};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
-
-/// A problem that can be run: everything the deck and the mesh say, checked.
-#[derive(Debug)]
-pub struct Problem {
-    /// The deck's title.
-    pub title: String,
-    /// The deck's file.
-    pub deck_path: PathBuf,
-    /// SHA-256 of the deck's text, and of the files that it names and the overrides of the command line if there are any.
-    pub deck_hash: String,
-    /// The mesh's file.
-    pub mesh_path: PathBuf,
-    /// The format of the mesh's file.
-    pub mesh_format: String,
-    /// The mesh, in m, in an order that is good for the machine; labels are those of the file.
-    pub mesh: Mesh,
-    /// Quality of the mesh.
-    pub quality: QualitySummary,
-    /// What `[mesh] merge` did, in words.
-    pub merged: Option<String>,
-    /// How its elements hang together.
-    pub connectivity: Connectivity,
-    /// What the solver is given.
-    pub model: Model,
-    /// What was chosen for a quasi-static process.
-    pub quasi_static: Option<QuasiStatic>,
-    /// Displacements that the deck prescribes, of nodes and of tools.
-    pub driven: Vec<Driven>,
-    /// What each part is called and made of.
-    pub parts: Vec<PartDescription>,
-    /// What the rigid walls are called.
-    pub wall_names: Vec<String>,
-    /// What is followed.
-    pub probes: Vec<Probe>,
-    /// What the probes must give.
-    pub expectations: Vec<Expectation>,
-    /// What is written.
-    pub output: OutputPlan,
-    /// Findings that do not stop the run.
-    pub findings: Findings,
-}
-
-/// A part in words.
-#[derive(Debug)]
-pub struct PartDescription {
-    /// Its group.
-    pub group: String,
-    /// Its material.
-    pub material: String,
-    /// Number of its elements.
-    pub element_count: usize,
-    /// Its mass, kg.
-    pub mass: f64,
-}
 
 /// Why there is no problem to run.
 #[derive(Debug)]
@@ -188,7 +135,7 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
         findings,
     };
     // a problem that does not fit into memory is refused before it is run
-    if let Some(wanted) = wanted.filter(|_| memory::shortage_of_problem(&problem).is_none()) {
+    if let Some(wanted) = wanted.filter(|_| problem_memory::shortage(&problem).is_none()) {
         let Problem { mesh, model, findings, .. } = &mut problem;
         let Some(chosen) = QuasiStatic::of(&wanted, mesh, model, &mut findings.diagnostics) else {
             return fault(problem.findings, false);
@@ -205,12 +152,13 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
 /// # Errors
 /// What the solver refuses, a time step so small that time could never reach the end, or too little memory.
 pub fn simulation(problem: &Problem, lanes: LaneLevel) -> Result<Simulation, Failure> {
-    if let Some(shortage) = memory::shortage_of_problem(problem) {
+    if let Some(shortage) = problem_memory::shortage(problem) {
         return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
     }
     let simulation = Simulation::new(&problem.mesh, problem.model.clone(), lanes)
         .map_err(|error| Failure::Input(trouble::of_model(&error, problem)))?;
-    let jumps = constraints::jumps(problem, simulation.time_step());
+    let mass_factor = problem.quasi_static.map_or(1.0, |chosen| chosen.mass_factor);
+    let jumps = constraints::jumps(&problem.driven, &problem.model.parts, mass_factor, simulation.time_step());
     if jumps.has_errors() {
         return Err(Failure::Findings {
             rendered: jumps.render(&problem.findings.sources, is_coloured()),

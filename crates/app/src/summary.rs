@@ -2,7 +2,9 @@
 
 use crate::expectations::Outcome;
 use crate::failure::Failure;
-use crate::setup::Problem;
+use crate::files::SUMMARY;
+use crate::format::hex;
+use crate::problem::Problem;
 use crate::snapshot::Snapshot;
 use estar_io::write_atomically;
 use estar_solver::{Extremes, Simulation};
@@ -245,7 +247,7 @@ impl Summary {
     /// # Errors
     /// It cannot be written.
     pub fn write(&self, directory: &Path) -> Result<(), Failure> {
-        let path = directory.join("summary.json");
+        let path = directory.join(SUMMARY);
         let write = || -> std::io::Result<()> {
             let mut text = serde_json::to_string_pretty(self)?;
             text.push('\n');
@@ -280,9 +282,4 @@ pub fn state_hash(simulation: &Simulation) -> String {
     hasher.update(&buffer);
     hasher.update(simulation.step().to_le_bytes());
     hex(&hasher.finalize())
-}
-
-/// Bytes in hexadecimal digits.
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::inversion;
 use crate::judgement;
-use crate::setup::Problem;
+use crate::problem::Problem;
 use estar_solver::{ModelError, Simulation, SimulationError};
 
 /// How many of the last rows' smallest Jacobians are told.

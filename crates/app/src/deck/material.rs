@@ -2,6 +2,7 @@
 
 use super::decoder::{Decoder, FromDeck};
 use super::macros::{deck_choice, deck_table, deck_variants};
+use super::material_plausibility;
 use super::schema::{Interval, QuantitySchema, Schema};
 use super::source::{TextError, read_text};
 use super::tree::Node;
@@ -11,7 +12,6 @@ use super::values::{
     SpecificHeat, Stress, Temperature, decode_pairs,
 };
 use crate::diagnostics::{Diagnostic, Span, listed};
-use crate::plausibility;
 use estar_material::{
     AdiabaticHeating, ClosestPoint, EStar, EStarTotal, ElasticConstant, ElasticEnergy, FlowRule, FlowStart,
     GreenNaghdi, Hardening, Hencky, IsotropicElasticity, IsotropicHardening, JohnsonCook, JohnsonCookParameters,
@@ -423,7 +423,7 @@ impl FromDeck for MaterialModel {
         let mut reader = MaterialReader { node, decoder };
         reader.check_heating(&table);
         let elasticity = elasticity?;
-        plausibility::check_material(node, &elasticity, table.theory.first_yield_stress(), reader.decoder);
+        material_plausibility::check(node, &elasticity, table.theory.first_yield_stress(), reader.decoder);
         Some(match &table.theory {
             Theory::Elastic { rate } => Self::hypoelastic(elasticity, *rate),
             Theory::Hencky { yield_surface, hardening } => {

@@ -5,9 +5,11 @@
 
 pub mod decoder;
 pub mod document;
+pub mod history_column;
 pub mod json_schema;
 mod macros;
 pub mod material;
+mod material_plausibility;
 pub mod model;
 pub mod point;
 pub mod point_column;

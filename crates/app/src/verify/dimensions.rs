@@ -2,9 +2,9 @@
 
 use super::cases::{Case, Check, Quantity, Reference, Runner, When};
 use crate::deck;
+use crate::deck::history_column;
 use crate::deck::point_column::{Column, Driven};
 use crate::deck::units::Dimension;
-use crate::history;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -35,7 +35,7 @@ impl Dimensions {
     pub fn column(&self, name: &str) -> Option<Dimension> {
         match self {
             Self::History(_) if name == "mass" => Some(Dimension::MASS),
-            Self::History(probes) => history::dimension(name).or_else(|| probes.get(name).copied()),
+            Self::History(probes) => history_column::dimension(name).or_else(|| probes.get(name).copied()),
             Self::Point(driven) => {
                 // what is compared has its name before the column
                 let own = name.rsplit_once('.').map_or(name, |(_, own)| own);

@@ -1,7 +1,7 @@
 //! A history that grows: only what is new is read, and what is kept does not grow with it.
 
 use crate::curves::panels;
-use crate::history;
+use crate::deck::history_column;
 use crate::table;
 use estar_io::{open_ordinary, visible};
 use serde_json::{Value, json};
@@ -107,7 +107,7 @@ impl HistoryTail {
                 return Err("it is no history of a run".to_owned());
             }
             for (place, name) in names.iter().enumerate() {
-                if !history::is_column(name) {
+                if !history_column::is_column(name) {
                     self.probe_count += 1;
                     if self.probe_count > MOST_PROBES {
                         continue;

@@ -12,9 +12,10 @@ mod stamp;
 
 use crate::console::{print, tell};
 use crate::failure::Failure;
-use crate::lock::LOCK_FILE;
+use crate::files::{HISTORY, LOCK, LOG, RECORDS, SUMMARY};
 use crate::signals;
 use clap::Args;
+use estar_io::SERIES;
 use server::Server;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -55,7 +56,7 @@ pub fn view(arguments: &ViewArguments) -> Result<(), Failure> {
 
 /// What is wrong with a directory that has nothing of a run while one below it has, as that of a deck: nothing would ever come.
 fn one_above(directory: &Path) -> Option<Failure> {
-    const OF_A_RUN: [&str; 6] = ["run.jsonl", "summary.json", "history.csv", "results.pvd", "estar.log", LOCK_FILE];
+    const OF_A_RUN: [&str; 6] = [RECORDS, SUMMARY, HISTORY, SERIES, LOG, LOCK];
     const MOST_NAMED: usize = 5;
     if OF_A_RUN.iter().any(|name| directory.join(name).exists()) {
         return None;

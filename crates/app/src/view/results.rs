@@ -4,7 +4,8 @@
 use super::body::Bodies;
 use super::history::HistoryTail;
 use super::stamp::Stamp;
-use crate::lock::{Holder, LOCK_FILE};
+use crate::files::{HISTORY, LOCK, LOG, RECORDS, SUMMARY};
+use crate::lock::Holder;
 use crate::plot::{figure, shaded};
 use crate::series::Series;
 use estar_io::{one_line, open_ordinary, read_ordinary, visible};
@@ -108,20 +109,20 @@ impl Results {
         if !self.directory.is_dir() {
             notes.push("the directory is not there (any more)".to_owned());
         }
-        let records = file("run.jsonl");
+        let records = file(RECORDS);
         let progress = last_record(&records);
         let age =
             Stamp::of(&records).ok().and_then(|stamp| stamp.written().elapsed().ok()).map(|age| age.as_secs_f64());
-        let summary = file("summary.json");
+        let summary = file(SUMMARY);
         let mut content = read_summary(&summary);
         let holder = Holder::of(&self.directory);
         // a run that goes on leaves the summary of its earlier leg until it has its own
         let written = |path: &Path| Stamp::of(path).ok().map(Stamp::written);
-        if holder == Holder::Alive && written(&summary) < written(&file(LOCK_FILE)) {
+        if holder == Holder::Alive && written(&summary) < written(&file(LOCK)) {
             content = None;
         }
         // a run that goes on has the lines of its earlier leg until it has its own
-        let taken = Stamp::of(&file(LOCK_FILE)).ok().and_then(|stamp| stamp.written().elapsed().ok());
+        let taken = Stamp::of(&file(LOCK)).ok().and_then(|stamp| stamp.written().elapsed().ok());
         let silence = age.map(|age| taken.map_or(age, |taken| age.min(taken.as_secs_f64())));
         let status = status(content.as_ref(), progress.as_ref(), holder, silence);
         if !matches!(status, Status::Ended(_)) {
@@ -130,7 +131,7 @@ impl Results {
         if progress.is_none() && content.is_none() {
             notes.push("waiting for the first line of run.jsonl".to_owned());
         }
-        let stamp = Stamp::of(&file("history.csv"));
+        let stamp = Stamp::of(&file(HISTORY));
         match &stamp {
             Ok(_) => notes.extend(self.locked_history().note().map(|note| format!("history.csv: {note}"))),
             Err(_) => notes.push("waiting for history.csv".to_owned()),
@@ -143,7 +144,7 @@ impl Results {
             Ok((stamp, series)) => (series.frames.len(), stamp.version()),
             Err(_) => (0, String::new()),
         };
-        let log = file("estar.log");
+        let log = file(LOG);
         let beginning_of_log = piece(&log, SeekFrom::Start(0), SHOWN_OF_LOG).unwrap_or_default();
         let first = beginning_of_log.lines().next().unwrap_or("");
         let name = self.directory.canonicalize().unwrap_or_else(|_| self.directory.clone());
@@ -169,7 +170,7 @@ impl Results {
     /// The curves, as JSON.
     pub fn history(&self) -> Vec<u8> {
         let mut history = self.locked_history();
-        history.update(&self.directory.join("history.csv"));
+        history.update(&self.directory.join(HISTORY));
         history.json()
     }
 
