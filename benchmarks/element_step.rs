@@ -5,7 +5,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use estar::bench::taylor_bar::{ELEMENTS, materials, mesh, model, shape};
-use estar::deck::model::element_name;
+use estar_deck::model::element_name;
 use estar_solver::{LaneLevel, Simulation};
 use std::time::{Duration, Instant};
 

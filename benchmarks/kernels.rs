@@ -9,7 +9,7 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use estar::bench::single_hex::{Pace, STEPS_BEFORE, SingleElement};
 use estar::bench::taylor_bar::{ELEMENTS, materials};
-use estar::deck::model::element_name;
+use estar_deck::model::element_name;
 use estar_element::element::{Element, ElementVisitor};
 use estar_material::{
     ClosestPoint, ElasticConstant, IsotropicElasticity, Material, MaterialModel, MaterialVisitor, Motion,

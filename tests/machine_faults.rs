@@ -440,7 +440,7 @@ fn a_run_that_does_not_fit_into_memory_is_refused_before_it_begins() {
 #[cfg(target_os = "linux")]
 #[test]
 fn the_memory_told_for_a_new_mesh_is_the_memory_taken() {
-    use estar::memory::{MeshSize, of_new_mesh};
+    use estar_deck::memory::{MeshSize, of_new_mesh};
     use estar_mesh::Shape;
     let workshop = Workshop::new();
     let peak = |command: &str| -> f64 {

@@ -418,7 +418,7 @@ fn no_shipped_deck_is_doubted() {
     for deck in decks {
         let text = std::fs::read_to_string(&deck).unwrap();
         if !text.contains("[mesh]") {
-            let reading = estar::deck::read_point(&deck, &text, &[]);
+            let reading = estar_deck::read_point(&deck, &text, &[]);
             assert_eq!(
                 reading.decoder.diagnostics.render(&reading.sources, false).to_string(),
                 "",

@@ -2,7 +2,7 @@
 //!
 //! Loading: the shipped decks of `meshes/point`. Source: de Vera 2016, sections 6.5 and 7.5; Xiao, Bruhns & Meyers 1997.
 
-use estar::deck;
+use estar_deck as deck;
 use estar_material::point::Control;
 use estar_tensor::Tensor;
 use std::collections::HashMap;

@@ -1,7 +1,7 @@
 //! Any text as the deck of a material point. What is not refused is led along its path and drawn.
 #![no_main]
 
-use estar::deck;
+use estar_deck as deck;
 use estar::plot::Figure;
 use estar::point::{Journey, panels};
 use std::path::Path;

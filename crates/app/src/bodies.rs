@@ -1,7 +1,7 @@
 //! Bodies that share no nodes: what they are called, and that nothing happens where they meet.
 
 use crate::conformity::{Doubt, length};
-use crate::format::short;
+use estar_deck::format::short;
 use estar_mesh::{Connectivity, Mesh};
 use estar_solver::model::{LoadKind, Model};
 

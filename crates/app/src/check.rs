@@ -1,18 +1,18 @@
 //! `estar check`: a dry run that says what a run would be and would cost.
 
 use crate::console::{is_coloured, print, print_json, tell_rendered};
-use crate::deck::history_column::COLUMNS;
-use crate::diagnostics::Finding;
 use crate::failure::Failure;
-use crate::fields::Field;
-use crate::format::{bytes, count, duration, prefixed};
-use crate::memory;
 use crate::plausibility;
 use crate::problem::Problem;
 use crate::problem_memory;
 use crate::run::{announcement, machine};
 use crate::setup::{self, LoadError};
 use crate::summary::MeshSummary;
+use estar_deck::diagnostics::Finding;
+use estar_deck::fields::Field;
+use estar_deck::format::{bytes, count, duration, prefixed};
+use estar_deck::history_column::COLUMNS;
+use estar_deck::memory;
 use estar_material::MaterialModel;
 use estar_solver::model::{Formulation, Part};
 use estar_solver::{LaneLevel, Simulation};

@@ -6,9 +6,9 @@
 use crate::bits::Bits;
 use crate::failure::Failure;
 use crate::files;
-use crate::format::hex;
 use crate::inversion::Approach;
 use crate::problem::Problem;
+use estar_deck::format::hex;
 use estar_io::{Checkpoint, CheckpointWriter, one_line};
 use estar_mesh::Mesh;
 use estar_solver::{STATE_LAYOUT, Simulation};

@@ -3,7 +3,6 @@
 use crate::bench::{BenchOptions, bench};
 use crate::check::{CheckOptions, check};
 use crate::console::{print, print_json, tell, tell_failure};
-use crate::deck::json_schema;
 use crate::example::{self, ExampleArguments};
 use crate::failure::Failure;
 use crate::mesh_command::{ConvertArguments, MeshCommand, convert, mesh};
@@ -15,6 +14,7 @@ use crate::verify::{self, VerifyArguments};
 use crate::view::{self, ViewArguments};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
+use estar_deck::json_schema;
 use estar_solver::LaneLevel;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

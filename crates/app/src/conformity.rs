@@ -1,6 +1,6 @@
 //! Where elements of a mesh lie on one another without being joined, in words: for `check`, `run` and `mesh info`.
 
-use crate::format::short;
+use estar_deck::format::short;
 use estar_mesh::conformity::{Conformity, MismatchKind};
 
 /// Something about a mesh that is probably not meant.

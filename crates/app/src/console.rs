@@ -2,9 +2,9 @@
 //!
 //! All of it goes through [`visible`]: text of files and of command lines does not steer the terminal that shows it.
 
-use crate::diagnostics::Rendered;
 use crate::failure::Failure;
 use crate::files::LOG;
+use estar_deck::diagnostics::Rendered;
 use estar_io::{create_ordinary, open_or_create, steers, visible};
 use serde::Serialize;
 use std::fs::{File, OpenOptions};

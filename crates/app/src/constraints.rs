@@ -1,9 +1,9 @@
 //! Constraints that contradict each other, and displacements that jump.
 
-use crate::deck::Deck;
-use crate::deck::model::PrescribedTable;
-use crate::deck::values::{GroupName, OfNodes};
-use crate::diagnostics::{Diagnostic, Diagnostics, Span};
+use estar_deck::Deck;
+use estar_deck::diagnostics::{Diagnostic, Diagnostics, Span};
+use estar_deck::model::PrescribedTable;
+use estar_deck::values::{GroupName, OfNodes};
 use estar_mesh::Mesh;
 use estar_solver::Curve;
 use estar_solver::model::{Direction, Part, Quantity};

@@ -1,7 +1,7 @@
 //! Which columns of a history are drawn, and which of them together.
 
-use crate::deck::history_column;
-use crate::deck::units::Dimension;
+use estar_deck::history_column;
+use estar_deck::units::Dimension;
 
 /// An energy that is never more than this share of the largest is not shown.
 const SEEN: f64 = 1e-3;

@@ -1,10 +1,10 @@
 //! `[[expect]]`: values that probes must have.
 
-use crate::deck::Deck;
-use crate::deck::probe::When;
-use crate::deck::units::Dimension;
-use crate::diagnostics::{Diagnostic, Diagnostics};
-use crate::format::column_width;
+use estar_deck::Deck;
+use estar_deck::diagnostics::{Diagnostic, Diagnostics};
+use estar_deck::format::column_width;
+use estar_deck::probe::When;
+use estar_deck::units::Dimension;
 use serde::Serialize;
 
 /// A value that a probe must have.

@@ -1,7 +1,7 @@
 //! How a command can end other than well, and the exit status that says so.
 
-use crate::deck::source::TextError;
-use crate::diagnostics::Rendered;
+use estar_deck::diagnostics::Rendered;
+use estar_deck::source::TextError;
 
 /// Why a command did not do what it was asked to.
 #[derive(Debug, thiserror::Error)]

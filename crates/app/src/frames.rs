@@ -8,7 +8,7 @@
 //! for the buffer: memory is bounded, and no frame is lost. More buffers would help only where frames come in bursts.
 
 use crate::failure::Failure;
-use crate::fields::Field;
+use estar_deck::fields::Field;
 use estar_io::{FieldData, Frame, Grid, ResultWriter, WriteError};
 use estar_mesh::Mesh;
 use estar_solver::Simulation;

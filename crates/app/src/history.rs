@@ -1,11 +1,11 @@
 //! `history.csv`: a row of numbers every so often.
 
-use crate::deck::history_column::{COLUMNS, Extra};
 use crate::failure::Failure;
 use crate::files::HISTORY;
 use crate::problem::Problem;
 use crate::snapshot::Snapshot;
 use crate::summary::{controlling_element, number};
+use estar_deck::history_column::{COLUMNS, Extra};
 use estar_io::{HistoryWriter, Value};
 use estar_solver::model::OnInversion;
 use std::path::{Path, PathBuf};

@@ -2,14 +2,14 @@
 //! element that turned inside out, with its neighbours, through its last steps.
 
 use crate::bits::Bits;
-use crate::deck::model::element_name;
 use crate::failure::Failure;
-use crate::fields::Field;
 use crate::files::TROUBLE;
 use crate::frames::{FrameNumbers, grid, part_of_element};
 use crate::judgement;
 use crate::problem::Problem;
 use crate::summary::PartSummary;
+use estar_deck::fields::Field;
+use estar_deck::model::element_name;
 use estar_io::{Grid, ResultWriter, WriteError, make_own_folder};
 use estar_mesh::{Elements, Mesh};
 use estar_solver::Simulation;

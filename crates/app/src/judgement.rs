@@ -1,9 +1,9 @@
 //! What a run that has ended is to be doubted for: each doubt in the run's own numbers, with what helps.
 
-use crate::deck::model::element_name;
 use crate::problem::Problem;
 use crate::quasi_static::{MOST_DAMPING, MOST_KINETIC};
 use crate::summary::{PartSummary, QuasiStaticSummary, Summary, number};
+use estar_deck::model::element_name;
 use estar_solver::model::Formulation;
 
 /// Work against hourglass control over internal energy, above which practice no longer takes it for a small correction.

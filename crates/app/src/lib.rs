@@ -1,6 +1,6 @@
 //! The `estar` command: decks, runs, checks, meshes. The only crate that prints, times and knows the deck.
 //!
-//! [`deck`] reads what a user wrote, [`setup`] makes a problem of it and of the mesh, [`run`] runs it.
+//! `estar_deck` reads what a user wrote, [`setup`] makes a problem of it and of the mesh, [`run`] runs it.
 
 pub mod bench;
 pub mod bits;
@@ -12,21 +12,16 @@ pub mod conformity;
 pub mod console;
 pub mod constraints;
 pub mod curves;
-pub mod deck;
-pub mod diagnostics;
 pub mod directory;
 pub mod example;
 pub mod expectations;
 pub mod failure;
-pub mod fields;
 pub mod files;
-pub mod format;
 pub mod frames;
 pub mod history;
 pub mod inversion;
 pub mod judgement;
 pub mod lock;
-pub mod memory;
 pub mod mesh_command;
 pub mod output;
 pub mod passing;

@@ -3,11 +3,11 @@
 use crate::bodies::Bodies;
 use crate::conformity;
 use crate::console::{print, tell};
-use crate::deck::units::{self, Dimension};
 use crate::failure::Failure;
-use crate::format;
-use crate::memory::{self, MeshSize};
 use clap::{Args, Subcommand};
+use estar_deck::format;
+use estar_deck::memory::{self, MeshSize};
+use estar_deck::units::{self, Dimension};
 use estar_io::{Field, FieldData, Frame, Grid, MeshFile, WriteError, write_frame_file};
 use estar_mesh::conformity::Conformity;
 use estar_mesh::generate::{

@@ -1,9 +1,9 @@
 //! What is written, and when.
 
-use crate::deck::Deck;
-use crate::deck::settings::CheckpointEvery;
-use crate::diagnostics::{Diagnostic, Diagnostics};
-use crate::fields::Field;
+use estar_deck::Deck;
+use estar_deck::diagnostics::{Diagnostic, Diagnostics};
+use estar_deck::fields::Field;
+use estar_deck::settings::CheckpointEvery;
 
 /// Frames where the deck does not say how many.
 const DEFAULT_FRAMES: u64 = 20;

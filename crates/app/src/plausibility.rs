@@ -1,9 +1,9 @@
 //! Sizes, speeds and numbers of steps that no real problem has: usually one in another unit than it was meant to be. Each is a warning with the likely
 //! unit, never an error.
 
-use crate::deck::Deck;
-use crate::diagnostics::{Diagnostic, Diagnostics, Span};
-use crate::format::short;
+use estar_deck::Deck;
+use estar_deck::diagnostics::{Diagnostic, Diagnostics, Span};
+use estar_deck::format::short;
 use estar_mesh::Mesh;
 use estar_solver::Simulation;
 use estar_solver::model::{Part, Quantity};

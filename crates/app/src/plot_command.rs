@@ -2,9 +2,7 @@
 
 use crate::console::print;
 use crate::curves::{self, CurvePanel, plain};
-use crate::deck::units::{self, Dimension};
 use crate::failure::Failure;
-use crate::fields;
 use crate::plot::drawing::{self, Ink, Raster};
 use crate::plot::shaded::{self, Extent, Style, View, Window};
 use crate::plot::surface::{Part, Surface};
@@ -14,6 +12,8 @@ use crate::series::Series;
 use crate::sheets;
 use crate::table::Table;
 use clap::Args;
+use estar_deck::fields;
+use estar_deck::units::{self, Dimension};
 use estar_io::{FrameContent, make_own_folder, write_atomically};
 use std::path::{Path, PathBuf};
 
@@ -161,12 +161,12 @@ fn surface(arguments: &PlotArguments, frame: &FrameContent) -> Result<Surface, F
 
 fn no_field(arguments: &PlotArguments, frame: &FrameContent) -> Failure {
     let names: Vec<&str> = frame.node_fields.keys().chain(frame.cell_fields.keys()).map(String::as_str).collect();
-    let similar = crate::diagnostics::nearest(&arguments.field, names.iter().copied());
+    let similar = estar_deck::diagnostics::nearest(&arguments.field, names.iter().copied());
     let similar = similar.map_or(String::new(), |name| format!("did you mean `{name}`? "));
     Failure::Input(format!(
         "error: the frames have no field `{}`\nhelp: {similar}they have {}",
         arguments.field,
-        crate::diagnostics::listed(names.iter().copied())
+        estar_deck::diagnostics::listed(names.iter().copied())
     ))
 }
 
@@ -179,7 +179,7 @@ fn part(arguments: &PlotArguments, frame: &FrameContent) -> Result<Part, Failure
     place.map(Part::Component).ok_or_else(|| {
         let help = match names {
             [] => "it is one number".to_owned(),
-            names => format!("its components are {}", crate::diagnostics::listed(names.iter().copied())),
+            names => format!("its components are {}", estar_deck::diagnostics::listed(names.iter().copied())),
         };
         Failure::Input(format!("error: the field `{}` has no component `{name}`\nhelp: {help}", arguments.field))
     })
@@ -205,7 +205,7 @@ fn picture(
     let mut drawing = Drawing::new([width as f64, height as f64]);
     let bar = [width as f64 - (BAR_ROOM - 24.0) * unit, 260.0 * unit, 34.0 * unit, 420.0 * unit];
     colour_bar(&mut drawing, arguments, range, bar, unit);
-    let time = format!("t = {} s", crate::format::short(time));
+    let time = format!("t = {} s", estar_deck::format::short(time));
     let at = [bar[0], bar[1] + bar[3] + 60.0 * unit];
     write_text(&mut drawing, &time, at, 19.0 * unit);
     let mut raster = drawing.raster(1.0).ok_or_else(too_large)?;
@@ -233,8 +233,9 @@ fn colour_bar(
     const TICKS: usize = 4;
     // shares of the bar's height
     let along = |share: f64| top + height * (1.0 - share);
-    let label =
-        |value: f64, share: f64| (crate::format::short(value), [left + width + 9.0 * unit, along(share) + 7.0 * unit]);
+    let label = |value: f64, share: f64| {
+        (estar_deck::format::short(value), [left + width + 9.0 * unit, along(share) + 7.0 * unit])
+    };
     let numbers = fields::is_label(&arguments.field).then(|| whole_numbers(range)).flatten();
     let steps = numbers.as_ref().map_or(STEPS, Vec::len);
     for step in 0..steps {

@@ -1,15 +1,15 @@
 //! `[[probe]]`: numbers that are followed.
 
-use crate::deck::Deck;
-use crate::deck::decoder::At;
-use crate::deck::history_column;
-use crate::deck::model::RigidWallTable;
-use crate::deck::probe::{ProbeKind, ProbeTable};
-use crate::deck::units::Dimension;
-use crate::deck::values::{GroupName, OfNodes};
-use crate::diagnostics::{Diagnostic, Diagnostics, Span, listed};
-use crate::fields::{Component, ProbeField};
 use crate::snapshot::Snapshot;
+use estar_deck::Deck;
+use estar_deck::decoder::At;
+use estar_deck::diagnostics::{Diagnostic, Diagnostics, Span, listed};
+use estar_deck::fields::{Component, ProbeField};
+use estar_deck::history_column;
+use estar_deck::model::RigidWallTable;
+use estar_deck::probe::{ProbeKind, ProbeTable};
+use estar_deck::units::Dimension;
+use estar_deck::values::{GroupName, OfNodes};
 use estar_mesh::quality::volume;
 use estar_mesh::{GroupError, Mesh, Wanted};
 use estar_solver::model::{Direction, Part};

@@ -1,11 +1,11 @@
 //! A problem that can be run, as data.
 
 use crate::constraints::Driven;
-use crate::diagnostics::Findings;
 use crate::expectations::Expectation;
 use crate::output::OutputPlan;
 use crate::probes::Probe;
 use crate::quasi_static::QuasiStatic;
+use estar_deck::diagnostics::Findings;
 use estar_mesh::quality::QualitySummary;
 use estar_mesh::{Connectivity, Mesh};
 use estar_solver::model::Model;

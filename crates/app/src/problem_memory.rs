@@ -1,7 +1,7 @@
 //! The memory that a run of a problem takes.
 
-use crate::memory;
 use crate::problem::Problem;
+use estar_deck::memory;
 use estar_solver::memory_needed;
 
 /// A frame on its way, with its grid: bytes of numbers and of what they are packed into, per node and per element.

@@ -3,7 +3,7 @@
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::files::RECORDS;
-use crate::format::{duration, prefixed};
+use estar_deck::format::{duration, prefixed};
 use estar_io::{append_whole, open_or_create};
 use estar_solver::Simulation;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};

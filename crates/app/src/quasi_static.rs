@@ -5,9 +5,9 @@
 //! until the process lasts the chosen number of half periods. Whether inertia stayed out of it shows in kinetic over internal
 //! energy, and whether damping did in its share of the external work.
 
-use crate::deck::Deck;
-use crate::deck::settings::QuasiStaticTable;
-use crate::diagnostics::{Diagnostic, Diagnostics};
+use estar_deck::Deck;
+use estar_deck::diagnostics::{Diagnostic, Diagnostics};
+use estar_deck::settings::QuasiStaticTable;
 use estar_mesh::Mesh;
 use estar_solver::model::{Model, Part};
 use estar_solver::{LaneLevel, NaturalFrequency, Simulation};

@@ -3,13 +3,10 @@
 use crate::bits::Bits;
 use crate::checkpoint::{self, Bookmark, Checkpoints, Identity};
 use crate::console::{Console, is_coloured, tell, tell_rendered};
-use crate::deck::settings::CheckpointEvery;
-use crate::deck::units::Dimension;
 use crate::directory::{clear_directory, clear_partial_files, default_directory, make_directory};
 use crate::expectations::{self, Expectation, Moment, Outcome};
 use crate::failure::Failure;
 use crate::files;
-use crate::format::{bytes, count, duration, prefixed};
 use crate::frames::{EarlierFrames, FrameWriter};
 use crate::history::History;
 use crate::inversion::{self, Approach, Neighbourhood};
@@ -27,6 +24,9 @@ use crate::snapshot::Snapshot;
 use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, QuasiStaticSummary, Summary, number, state_hash};
 use crate::trouble;
 use crate::view::Watch;
+use estar_deck::format::{bytes, count, duration, prefixed};
+use estar_deck::settings::CheckpointEvery;
+use estar_deck::units::Dimension;
 use estar_io::one_line;
 use estar_solver::model::TimeStep;
 use estar_solver::{Energies, LaneLevel, Simulation, SimulationError};
@@ -631,7 +631,7 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
         problem.mesh_path.display(),
         problem.mesh_format,
         count(problem.mesh.node_count() as f64),
-        crate::format::elements(&problem.mesh, |number| count(number as f64))
+        estar_deck::format::elements(&problem.mesh, |number| count(number as f64))
     );
     if let Some(merged) = &problem.merged {
         let _ = write!(text, "\n  merge      {merged}");
@@ -643,7 +643,7 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
             description.group,
             count(description.element_count as f64),
             description.material,
-            crate::deck::model::element_name(part.element),
+            estar_deck::model::element_name(part.element),
             description.mass
         );
     }

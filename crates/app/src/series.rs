@@ -1,7 +1,7 @@
 //! The frames of a run, as `results.pvd` names them.
 
 use crate::failure::Failure;
-use crate::memory;
+use estar_deck::memory;
 use estar_io::{FrameContent, FrameLimits, SERIES, read_frame_with, read_ordinary};
 use std::path::{Component, Path, PathBuf};
 

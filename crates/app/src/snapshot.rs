@@ -1,6 +1,6 @@
 //! The state of a simulation at one step, as probes and frames see it.
 
-use crate::fields::{Component, ProbeField};
+use estar_deck::fields::{Component, ProbeField};
 use estar_mesh::Mesh;
 use estar_solver::Simulation;
 use estar_solver::fields::{ElementMeans, pressure, volume_ratio, von_mises_stress};

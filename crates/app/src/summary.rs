@@ -3,9 +3,9 @@
 use crate::expectations::Outcome;
 use crate::failure::Failure;
 use crate::files::SUMMARY;
-use crate::format::hex;
 use crate::problem::Problem;
 use crate::snapshot::Snapshot;
+use estar_deck::format::hex;
 use estar_io::write_atomically;
 use estar_solver::{Extremes, Simulation};
 use serde::Serialize;

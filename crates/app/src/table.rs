@@ -1,7 +1,7 @@
 //! A table of numbers as `history.csv` has it: a row of names, then rows of numbers.
 
 use crate::failure::Failure;
-use crate::memory;
+use estar_deck::memory;
 use estar_io::read_ordinary;
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! Rigid tools of a deck: their names, what the solver is given, and what of their geometry and motion cannot work.
 
-use crate::deck::Deck;
-use crate::deck::model::{RigidWallTable, WallSurface};
-use crate::diagnostics::{Diagnostic, Diagnostics};
+use estar_deck::Deck;
+use estar_deck::diagnostics::{Diagnostic, Diagnostics};
+use estar_deck::model::{RigidWallTable, WallSurface};
 use estar_mesh::{Connectivity, Face, Mesh};
 use estar_solver::Curve;
 use estar_solver::model::{Model, RigidWall, WallMotion, WallShape};

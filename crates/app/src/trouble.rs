@@ -40,7 +40,7 @@ pub fn of_model(error: &ModelError, problem: &Problem) -> String {
         }
         ModelError::NoGlobalTimeStep { part } => format!(
             "`time.time_step = \"power\"` is not known for the elements `{}` of part {}\nhelp: leave it out, or write \"element\"",
-            crate::deck::model::element_name(problem.model.parts[*part].element),
+            estar_deck::model::element_name(problem.model.parts[*part].element),
             problem.parts[*part].group
         ),
         ModelError::AddedMass { part, share, limit, count, attainable } => format!(

@@ -10,10 +10,10 @@ pub mod single_hex;
 pub mod taylor_bar;
 
 use crate::console::{print, print_json, tell};
-use crate::deck::model::element_name;
 use crate::failure::Failure;
-use crate::format::count;
 use crate::run;
+use estar_deck::format::count;
+use estar_deck::model::element_name;
 use estar_material::MaterialModel;
 use estar_solver::fields::ElementMeans;
 use estar_solver::model::Formulation;

@@ -1,7 +1,7 @@
 //! What was measured, as a table of at most 100 columns and as JSON.
 
 use super::machine::Description;
-use crate::format;
+use estar_deck::format;
 use estar_tensor::Operations;
 use serde::Serialize;
 use std::fmt::Write;

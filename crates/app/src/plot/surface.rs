@@ -1,6 +1,6 @@
 //! The outer surface of a body of cells, for pictures of it.
 
-use crate::fields::is_label;
+use estar_deck::fields::is_label;
 use estar_io::{FieldContent, FrameContent};
 use std::collections::HashMap;
 

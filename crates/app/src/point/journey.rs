@@ -1,8 +1,8 @@
 //! A material on its way along a path.
 
-use crate::deck::point_column::Row;
-use crate::deck::point_path::Path;
-use crate::deck::point_problem::Subject;
+use estar_deck::point_column::Row;
+use estar_deck::point_path::Path;
+use estar_deck::point_problem::Subject;
 use estar_material::point::{MaterialPoint, PathError, follow};
 use estar_material::{Material, MaterialVisitor};
 

@@ -1,10 +1,10 @@
 //! What the columns are that a case's deck leads to: a check or a curve in units of something else is a slip of the pen.
 
 use super::cases::{Case, Check, Quantity, Reference, Runner, When};
-use crate::deck;
-use crate::deck::history_column;
-use crate::deck::point_column::{Column, Driven};
-use crate::deck::units::Dimension;
+use estar_deck as deck;
+use estar_deck::history_column;
+use estar_deck::point_column::{Column, Driven};
+use estar_deck::units::Dimension;
 use std::collections::BTreeMap;
 use std::path::Path;
 

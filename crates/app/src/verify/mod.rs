@@ -5,15 +5,15 @@ pub mod dimensions;
 mod report;
 
 use crate::console::{print, tell};
-use crate::deck::source::{TextError, read_text};
-use crate::deck::units::Dimension;
 use crate::failure::Failure;
-use crate::format::duration;
 use crate::shipped;
 use crate::table::Table;
 use cases::{Case, Finding, MeshSource, Reference, Runner};
 use clap::Args;
 use dimensions::Dimensions;
+use estar_deck::format::duration;
+use estar_deck::source::{TextError, read_text};
+use estar_deck::units::Dimension;
 use estar_io::{read_ordinary, write_atomically};
 use serde::Serialize;
 use std::fs;
@@ -101,7 +101,7 @@ pub fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     for name in &arguments.names {
         if !all.iter().any(|case| case.name == *name) {
             let names = || all.iter().map(|case| case.name.as_str());
-            let similar = crate::diagnostics::nearest(name, names());
+            let similar = estar_deck::diagnostics::nearest(name, names());
             let similar = similar.map_or(String::new(), |name| format!("did you mean `{name}`? "));
             let help = format!("help: {similar}`estar verify --list` prints them");
             return Err(Failure::Input(format!("error: there is no case `{name}`\n{help}")));

@@ -1,9 +1,9 @@
 //! The outer surface of a frame with a field on it, packed for the page.
 
 use super::stamp::Stamp;
-use crate::fields;
-use crate::memory;
 use crate::plot::surface::{GHOSTS, PART, Part, Skin, Surface};
+use estar_deck::fields;
+use estar_deck::memory;
 use estar_io::{FrameContent, FrameLimits, read_frame_with};
 use serde_json::json;
 use std::collections::VecDeque;

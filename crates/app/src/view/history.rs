@@ -1,8 +1,8 @@
 //! A history that grows: only what is new is read, and what is kept does not grow with it.
 
 use crate::curves::panels;
-use crate::deck::history_column;
 use crate::table;
+use estar_deck::history_column;
 use estar_io::{open_ordinary, visible};
 use serde_json::{Value, json};
 use std::fs::File;

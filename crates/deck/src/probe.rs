@@ -1,14 +1,14 @@
 //! `[[probe]]` and `[[expect]]`.
 
-use super::decoder::{At, Decoder, FromDeck};
-use super::macros::{deck_choice, deck_table, deck_variants};
-use super::schema::{Choice, Schema};
-use super::tree::{Node, Value};
-use super::units::Dimension;
-use super::values::{
+use crate::decoder::{At, Decoder, FromDeck};
+use crate::fields::{Component, ProbeField};
+use crate::macros::{deck_choice, deck_table, deck_variants};
+use crate::schema::{Choice, Schema};
+use crate::tree::{Node, Value};
+use crate::units::Dimension;
+use crate::values::{
     AnyQuantity, Count, GroupName, Length, NewProbeName, OfNodes, ProbeName, Quantity, Time, Vector, WallName,
 };
-use crate::fields::{Component, ProbeField};
 use estar_solver::model::Direction;
 
 deck_table! {

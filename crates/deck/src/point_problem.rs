@@ -1,13 +1,13 @@
 //! What a deck of `estar point` asks for: the materials that are compared, and the path on which they are.
 
-use super::decoder::{At, Decoder, FromDeck, ReadKeys};
-use super::material::{HEATING_KEYS, MaterialTable};
-use super::point::{PlotTable, PointDeck};
-use super::point_column::Column;
-use super::point_path::Path;
-use super::schema::{Choice, Schema};
-use super::tree::{Entry, Node, Table, Value};
+use crate::decoder::{At, Decoder, FromDeck, ReadKeys};
 use crate::diagnostics::{Diagnostic, Span, listed, nearest};
+use crate::material::{HEATING_KEYS, MaterialTable};
+use crate::point::{PlotTable, PointDeck};
+use crate::point_column::Column;
+use crate::point_path::Path;
+use crate::schema::{Choice, Schema};
+use crate::tree::{Entry, Node, Table, Value};
 use estar_material::{FlowRule, MaterialModel, ObjectiveRate};
 
 /// What `estar point` is to do.

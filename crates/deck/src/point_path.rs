@@ -1,10 +1,10 @@
 //! The path of a material point: when, and how it is deformed.
 
-use super::decoder::{At, Decoder};
-use super::point::{GradientRow, PathKind, PathTable};
-use super::point_column::Driven;
-use super::values::{NEGLIGIBLE, Number, TimePoints, begins_with};
+use crate::decoder::{At, Decoder};
 use crate::diagnostics::Diagnostic;
+use crate::point::{GradientRow, PathKind, PathTable};
+use crate::point_column::Driven;
+use crate::values::{NEGLIGIBLE, Number, TimePoints, begins_with};
 use estar_material::point::{Control, StretchMeasure};
 use estar_solver::{Curve, Interpolation};
 

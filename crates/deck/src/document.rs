@@ -1,8 +1,8 @@
 //! The deck's reference for people, written from what the parser itself uses.
 
-use super::decoder::ReadKeys;
-use super::schema::{KeySchema, Presence, QuantitySchema, Schema, TableSchema, Variants};
-use super::units::Dimension;
+use crate::decoder::ReadKeys;
+use crate::schema::{KeySchema, Presence, QuantitySchema, Schema, TableSchema, Variants};
+use crate::units::Dimension;
 use std::fmt::Write;
 
 const HEAD: &str = "\
@@ -146,7 +146,7 @@ fn write_keys<'a>(text: &mut String, keys: impl Iterator<Item = &'a KeySchema>) 
 }
 
 /// What a value must be, in words.
-pub(super) fn value(schema: &Schema) -> String {
+pub(crate) fn value(schema: &Schema) -> String {
     match schema {
         Schema::Text(what) => (*what).to_owned(),
         Schema::Group(kinds) => format!("name of a {kinds} group"),
@@ -186,6 +186,6 @@ fn one_line(doc: &str) -> String {
 }
 
 /// A text on one line.
-pub(super) fn joined(doc: &str) -> String {
+pub(crate) fn joined(doc: &str) -> String {
     doc.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -1,9 +1,9 @@
 //! From the tree of the deck to values: a decoder that finds every fault in one go.
 
-use super::schema::{Choice, Schema, TableSchema};
-use super::synonyms;
-use super::tree::{Entry, Node, Table, Value};
 use crate::diagnostics::{Diagnostic, Diagnostics, Span, listed, nearest};
+use crate::schema::{Choice, Schema, TableSchema};
+use crate::synonyms;
+use crate::tree::{Entry, Node, Table, Value};
 use estar_material::ParameterError;
 use std::path::{Path, PathBuf};
 

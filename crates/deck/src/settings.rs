@@ -1,14 +1,14 @@
 //! `[time]` and `[output]`.
 
-use super::decoder::{At, Decoder, FromDeck};
-use super::macros::{deck_choice, deck_table};
-use super::schema::{Choice, Schema};
-use super::tree::{Node, Value};
-use super::values::{
-    AtLeastOne, AtLeastTen, Count, Fraction, NotNegative, Number, Positive, Quantity, Rate, Share, Time,
-};
+use crate::decoder::{At, Decoder, FromDeck};
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::fields::Field;
+use crate::macros::{deck_choice, deck_table};
+use crate::schema::{Choice, Schema};
+use crate::tree::{Node, Value};
+use crate::values::{
+    AtLeastOne, AtLeastTen, Count, Fraction, NotNegative, Number, Positive, Quantity, Rate, Share, Time,
+};
 use estar_solver::model::{OnInversion, TimeStep};
 
 deck_table! {

@@ -1,11 +1,11 @@
 //! Values that many keys share: quantities, vectors, curves, names.
 
-use super::decoder::{At, Decoder, FromDeck, GroupMention, Mention, Named};
-use super::schema::End::{Excluded, Included};
-use super::schema::{Interval, QuantitySchema, Schema};
-use super::tree::{Node, Value};
-use super::units::{self, Dimension, Measured, UnitError};
+use crate::decoder::{At, Decoder, FromDeck, GroupMention, Mention, Named};
 use crate::diagnostics::{Diagnostic, Span};
+use crate::schema::End::{Excluded, Included};
+use crate::schema::{Interval, QuantitySchema, Schema};
+use crate::tree::{Node, Value};
+use crate::units::{self, Dimension, Measured, UnitError};
 use estar_io::{LONGEST_NAME, steers};
 use estar_mesh::{Group, Mesh, Wanted};
 use estar_solver::{Curve, CurveError, Interpolation};

@@ -1,6 +1,6 @@
 //! The columns of point.csv.
 
-use super::units;
+use crate::units;
 use estar_material::point::{Observation, StretchMeasure};
 
 /// A column of point.csv.

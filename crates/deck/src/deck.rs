@@ -1,44 +1,20 @@
-//! The deck: what a user writes, read with every fault found in one go.
-//!
-//! A key is written once, in a table of [`model`], [`material`], [`settings`], [`probe`] or [`point`]: that text is its reader,
-//! its type, its default and its documentation ([`document`]).
+//! The deck of a simulation or of a material point: read with every fault found in one go.
 
-pub mod decoder;
-pub mod document;
-pub mod history_column;
-pub mod json_schema;
-mod macros;
-pub mod material;
-mod material_plausibility;
-pub mod model;
-pub mod point;
-pub mod point_column;
-pub mod point_path;
-pub mod point_problem;
-pub mod probe;
-pub mod schema;
-pub mod settings;
-pub mod source;
-mod synonyms;
-pub mod tree;
-pub mod units;
-pub mod values;
-
+use crate::decoder::{Decoder, Mention, ReadKeys};
 use crate::diagnostics::{Diagnostic, Sources};
-use decoder::{Decoder, ReadKeys};
-use estar_material::MaterialModel;
-use estar_solver::Interpolation;
-use macros::deck_table;
-use model::{
+use crate::macros::deck_table;
+use crate::model::{
     FixTable, GravityTable, InitialVelocityTable, MeshTable, PartTable, PrescribedTable, PressureTable, RigidWallTable,
     TractionTable,
 };
-use point_problem::PointProblem;
-use probe::{ExpectTable, ProbeTable};
-use settings::{OutputTable, TimeTable};
+use crate::point_problem::PointProblem;
+use crate::probe::{ExpectTable, ProbeTable};
+use crate::settings::{OutputTable, TimeTable};
+use crate::tree::{self, Node};
+use crate::values::Materials;
+use estar_material::MaterialModel;
+use estar_solver::Interpolation;
 use std::path::Path;
-use tree::Node;
-use values::Materials;
 
 deck_table! {
     /// A simulation. Numbers are in SI units, or strings with a unit: `"117 GPa"`, `"32.4 mm"`, `"80 us"`,
@@ -189,7 +165,7 @@ fn read_as<D: ReadKeys, P>(
 fn check_names(decoder: &mut Decoder) {
     use crate::diagnostics::{listed, nearest};
     for (index, definition) in decoder.definitions.iter().enumerate() {
-        let same = |other: &&decoder::Mention| other.of == definition.of && other.name.value == definition.name.value;
+        let same = |other: &&Mention| other.of == definition.of && other.name.value == definition.name.value;
         if let Some(first) = decoder.definitions[..index].iter().find(same) {
             let message = format!("two {}s are named `{}`", definition.of, definition.name.value);
             let diagnostic = Diagnostic::error(message).at(definition.name.span, "the second");

@@ -12,26 +12,26 @@ macro_rules! deck_table {
         $(#[doc = $doc])*
         #[derive(Clone, Debug)]
         pub struct $name {
-            $( $(#[doc = $key_doc])* pub $key: $crate::deck::macros::field_type!($presence $type), )*
+            $( $(#[doc = $key_doc])* pub $key: $crate::macros::field_type!($presence $type), )*
             /// Where the table stands.
             pub span: $crate::diagnostics::Span,
         }
 
-        impl $crate::deck::decoder::ReadKeys for $name {
-            fn keys() -> $crate::deck::schema::TableSchema {
-                let mut schema = $crate::deck::schema::TableSchema { doc: concat!($($doc, "\n"),*), ..Default::default() };
-                $( $crate::deck::macros::describe_key!(
+        impl $crate::decoder::ReadKeys for $name {
+            fn keys() -> $crate::schema::TableSchema {
+                let mut schema = $crate::schema::TableSchema { doc: concat!($($doc, "\n"),*), ..Default::default() };
+                $( $crate::macros::describe_key!(
                     schema, $presence $(($default))?, $key, concat!($($key_doc, "\n"),*), $type); )*
                 schema
             }
 
-            fn read(reader: &mut $crate::deck::decoder::TableReader<'_, '_>) -> Option<Self> {
-                $( let $key = $crate::deck::macros::read_key!(reader, $presence $(($default))?, $key, $type); )*
+            fn read(reader: &mut $crate::decoder::TableReader<'_, '_>) -> Option<Self> {
+                $( let $key = $crate::macros::read_key!(reader, $presence $(($default))?, $key, $type); )*
                 Some(Self { $( $key: $key?, )* span: reader.span() })
             }
         }
 
-        $crate::deck::macros::decode_as_table!($name);
+        $crate::macros::decode_as_table!($name);
     };
 }
 
@@ -49,57 +49,57 @@ macro_rules! deck_variants {
         #[derive(Clone, Debug)]
         pub enum $name {
             $( $(#[doc = $case_doc])* $case {
-                $( $(#[doc = $key_doc])* $key: $crate::deck::macros::field_type!($presence $type), )*
+                $( $(#[doc = $key_doc])* $key: $crate::macros::field_type!($presence $type), )*
             }, )*
         }
 
-        impl $crate::deck::decoder::ReadKeys for $name {
-            fn keys() -> $crate::deck::schema::TableSchema {
+        impl $crate::decoder::ReadKeys for $name {
+            fn keys() -> $crate::schema::TableSchema {
                 let mut cases = Vec::new();
                 $( {
                     #[allow(unused_mut)]
-                    let mut schema = $crate::deck::schema::TableSchema::default();
-                    $( $crate::deck::macros::describe_key!(
+                    let mut schema = $crate::schema::TableSchema::default();
+                    $( $crate::macros::describe_key!(
                         schema, $presence $(($default))?, $key, concat!($($key_doc, "\n"),*), $type); )*
-                    let choice = $crate::deck::schema::Choice { name: $choice, doc: concat!($($case_doc, "\n"),*) };
+                    let choice = $crate::schema::Choice { name: $choice, doc: concat!($($case_doc, "\n"),*) };
                     cases.push((choice, schema.keys));
                 } )*
                 let default = [$($absent)?].first().copied();
-                let variants = $crate::deck::schema::Variants {
+                let variants = $crate::schema::Variants {
                     tag: stringify!($tag), doc: concat!($($doc, "\n"),*), default, cases
                 };
-                $crate::deck::schema::TableSchema { variants: vec![variants], ..Default::default() }
+                $crate::schema::TableSchema { variants: vec![variants], ..Default::default() }
             }
 
-            fn read(reader: &mut $crate::deck::decoder::TableReader<'_, '_>) -> Option<Self> {
+            fn read(reader: &mut $crate::decoder::TableReader<'_, '_>) -> Option<Self> {
                 let variants = Self::keys().variants.swap_remove(0);
                 let chosen = reader.tag(stringify!($tag), &variants)?;
                 $( if chosen == $choice {
-                    $( let $key = $crate::deck::macros::read_key!(reader, $presence $(($default))?, $key, $type); )*
+                    $( let $key = $crate::macros::read_key!(reader, $presence $(($default))?, $key, $type); )*
                     return Some(Self::$case { $( $key: $key?, )* });
                 } )*
                 None
             }
         }
 
-        $crate::deck::macros::decode_as_table!($name);
+        $crate::macros::decode_as_table!($name);
     };
 }
 
 /// One of several names, each standing for a value of `$type`.
 macro_rules! deck_choice {
     ($type:ty { $( $name:literal => $value:expr, $doc:literal; )* }) => {
-        impl $crate::deck::decoder::FromDeck for $type {
-            fn schema() -> $crate::deck::schema::Schema {
-                $crate::deck::schema::Schema::Choice(
-                    vec![$( $crate::deck::schema::Choice { name: $name, doc: $doc } ),*])
+        impl $crate::decoder::FromDeck for $type {
+            fn schema() -> $crate::schema::Schema {
+                $crate::schema::Schema::Choice(
+                    vec![$( $crate::schema::Choice { name: $name, doc: $doc } ),*])
             }
 
             fn decode(
-                node: &$crate::deck::tree::Node,
-                decoder: &mut $crate::deck::decoder::Decoder,
+                node: &$crate::tree::Node,
+                decoder: &mut $crate::decoder::Decoder,
             ) -> Option<Self> {
-                decoder.choice(node, &[$( ($crate::deck::schema::Choice { name: $name, doc: $doc }, $value) ),*])
+                decoder.choice(node, &[$( ($crate::schema::Choice { name: $name, doc: $doc }, $value) ),*])
             }
         }
     };
@@ -107,12 +107,12 @@ macro_rules! deck_choice {
 
 macro_rules! decode_as_table {
     ($name:ident) => {
-        impl $crate::deck::decoder::FromDeck for $name {
-            fn schema() -> $crate::deck::schema::Schema {
-                $crate::deck::schema::Schema::Table(<Self as $crate::deck::decoder::ReadKeys>::keys())
+        impl $crate::decoder::FromDeck for $name {
+            fn schema() -> $crate::schema::Schema {
+                $crate::schema::Schema::Table(<Self as $crate::decoder::ReadKeys>::keys())
             }
 
-            fn decode(node: &$crate::deck::tree::Node, decoder: &mut $crate::deck::decoder::Decoder) -> Option<Self> {
+            fn decode(node: &$crate::tree::Node, decoder: &mut $crate::decoder::Decoder) -> Option<Self> {
                 decoder.table(node)
             }
         }
@@ -126,27 +126,27 @@ macro_rules! field_type {
 
 macro_rules! describe_key {
     ($schema:ident, flatten, $key:ident, $doc:expr, $type:ty) => {
-        $schema.absorb(<$type as $crate::deck::decoder::ReadKeys>::keys())
+        $schema.absorb(<$type as $crate::decoder::ReadKeys>::keys())
     };
     ($schema:ident, $presence:ident $(($default:literal))?, $key:ident, $doc:expr, $type:ty) => {
-        $schema.keys.push($crate::deck::schema::KeySchema {
+        $schema.keys.push($crate::schema::KeySchema {
             name: stringify!($key),
             doc: $doc,
-            presence: $crate::deck::macros::presence!($presence $(($default))?),
-            value: <$type as $crate::deck::decoder::FromDeck>::schema(),
+            presence: $crate::macros::presence!($presence $(($default))?),
+            value: <$type as $crate::decoder::FromDeck>::schema(),
         })
     };
 }
 
 macro_rules! presence {
     (required) => {
-        $crate::deck::schema::Presence::Required
+        $crate::schema::Presence::Required
     };
     (optional) => {
-        $crate::deck::schema::Presence::Optional
+        $crate::schema::Presence::Optional
     };
     (default($default:literal)) => {
-        $crate::deck::schema::Presence::Default($default)
+        $crate::schema::Presence::Default($default)
     };
 }
 
@@ -161,7 +161,7 @@ macro_rules! read_key {
         $reader.default::<$type>(stringify!($key), $default)
     };
     ($reader:ident, flatten, $key:ident, $type:ty) => {
-        <$type as $crate::deck::decoder::ReadKeys>::read($reader)
+        <$type as $crate::decoder::ReadKeys>::read($reader)
     };
 }
 

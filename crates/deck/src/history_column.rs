@@ -1,6 +1,6 @@
 //! The columns of `history.csv`: their names, and what their numbers are.
 
-use super::units::Dimension;
+use crate::units::Dimension;
 
 /// The columns before those of the probes.
 pub const COLUMNS: [&str; 18] = [

@@ -1,6 +1,6 @@
 //! What a deck may contain, described by the types that read it.
 
-use super::units::Dimension;
+use crate::units::Dimension;
 use End::{Excluded, Included};
 
 /// What a value must be.

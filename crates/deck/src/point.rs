@@ -1,12 +1,12 @@
 //! The deck of `estar point`: materials along a path, without a mesh.
 
-use super::decoder::{At, Decoder, FromDeck};
-use super::macros::{deck_choice, deck_table, deck_variants};
-use super::point_column::Column;
-use super::schema::Schema;
-use super::tree::{Node, Value};
-use super::values::{Count, MaterialName, Materials, NEGLIGIBLE, Number, Quantity, Time, TimePoints, begins_with};
+use crate::decoder::{At, Decoder, FromDeck};
 use crate::diagnostics::{Diagnostic, nearest};
+use crate::macros::{deck_choice, deck_table, deck_variants};
+use crate::point_column::Column;
+use crate::schema::Schema;
+use crate::tree::{Node, Value};
+use crate::values::{Count, MaterialName, Materials, NEGLIGIBLE, Number, Quantity, Time, TimePoints, begins_with};
 use estar_material::point::StretchMeasure;
 use estar_material::{MaterialModel, ObjectiveRate};
 use estar_tensor::Tensor;

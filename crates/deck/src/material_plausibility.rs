@@ -1,10 +1,10 @@
 //! Properties that no real solid has: usually one in another unit than it was meant to be. Each is a warning with the likely unit,
 //! never an error.
 
-use super::decoder::Decoder;
-use super::tree::{Node, Value};
+use crate::decoder::Decoder;
 use crate::diagnostics::{Diagnostic, Span};
 use crate::format::short;
+use crate::tree::{Node, Value};
 use estar_material::IsotropicElasticity;
 
 /// Densities of solids, kg/m³, from aerogel to osmium.

@@ -1,17 +1,17 @@
 //! `[material.NAME]`.
 
-use super::decoder::{Decoder, FromDeck};
-use super::macros::{deck_choice, deck_table, deck_variants};
-use super::material_plausibility;
-use super::schema::{Interval, QuantitySchema, Schema};
-use super::source::{TextError, read_text};
-use super::tree::Node;
-use super::units::Dimension;
-use super::values::{
+use crate::decoder::{Decoder, FromDeck};
+use crate::diagnostics::{Diagnostic, Span, listed};
+use crate::macros::{deck_choice, deck_table, deck_variants};
+use crate::material_plausibility;
+use crate::schema::{Interval, QuantitySchema, Schema};
+use crate::source::{TextError, read_text};
+use crate::tree::Node;
+use crate::units::Dimension;
+use crate::values::{
     Angle, Density, Fraction, NotNegative, Number, PoissonRatio as PoissonRatioBound, Positive, Quantity, Rate, Share,
     SpecificHeat, Stress, Temperature, decode_pairs,
 };
-use crate::diagnostics::{Diagnostic, Span, listed};
 use estar_material::{
     AdiabaticHeating, ClosestPoint, EStar, EStarTotal, ElasticConstant, ElasticEnergy, FlowRule, FlowStart,
     GreenNaghdi, Hardening, Hencky, IsotropicElasticity, IsotropicHardening, JohnsonCook, JohnsonCookParameters,

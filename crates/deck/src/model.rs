@@ -1,14 +1,14 @@
 //! `[mesh]`, `[[part]]`, and what acts on the body.
 
-use super::decoder::{At, Decoder, FromDeck};
-use super::macros::{deck_choice, deck_table, deck_variants};
-use super::schema::{Choice, Schema};
-use super::tree::{Node, Value};
-use super::values::{
+use crate::decoder::{At, Decoder, FromDeck};
+use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::macros::{deck_choice, deck_table, deck_variants};
+use crate::schema::{Choice, Schema};
+use crate::tree::{Node, Value};
+use crate::values::{
     Acceleration, Displacement, GroupName, Length, MaterialName, MeshFile, NewWallName, NotNegative, Number,
     OfElements, OfFaces, OfNodes, Positive, Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
 };
-use crate::diagnostics::{Diagnostic, Diagnostics};
 use estar_material::MaterialModel;
 use estar_mesh::{Mesh, Shape};
 use estar_solver::model::{Direction, Formulation, HourglassControl, WallShape};

@@ -1,7 +1,7 @@
 //! The deck as a tree of values that know where they were written.
 
-use super::units;
 use crate::diagnostics::{Diagnostic, Diagnostics, SourceId, Sources, Span};
+use crate::units;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 

@@ -1,6 +1,6 @@
 //! Fields on the mesh, by the names that a user reads and writes.
 
-use crate::deck::units::Dimension;
+use crate::units::Dimension;
 
 /// A field of the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,9 +1,9 @@
 //! The deck's keys as a JSON Schema, from what the parser itself uses: editors complete and check decks with it.
 
-use super::decoder::ReadKeys;
-use super::document::{joined, value};
-use super::schema::{End, KeySchema, Presence, QuantitySchema, Schema, TableSchema};
-use super::units::Dimension;
+use crate::decoder::ReadKeys;
+use crate::document::{joined, value};
+use crate::schema::{End, KeySchema, Presence, QuantitySchema, Schema, TableSchema};
+use crate::units::Dimension;
 use serde_json::{Map, Value, json};
 
 /// The schema of the deck of a simulation.
