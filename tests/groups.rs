@@ -19,7 +19,7 @@ fn problem(mesh: &str, part: &str, addition: &str) -> Result<Problem, String> {
     );
     let path = folder.path().join("deck.toml");
     fs::write(&path, deck).unwrap();
-    setup::load(&path, &[]).map_err(|error| error.into_failure(false).to_string())
+    setup::load(&path, &[]).map_err(|error| error.to_string())
 }
 
 fn told(mesh: &str, part: &str, addition: &str) -> String {

@@ -1,12 +1,13 @@
 //! `estar check`: a dry run that says what a run would be and would cost.
 
-use crate::console::{is_coloured, print, print_json, tell_rendered};
+use crate::console::{print, print_json, tell_findings};
+use crate::error::SessionError;
 use crate::failure::Failure;
 use crate::plausibility;
 use crate::problem::Problem;
 use crate::problem_memory;
 use crate::run::{announcement, machine};
-use crate::setup::{self, LoadError};
+use crate::setup;
 use crate::summary::MeshSummary;
 use estar_deck::diagnostics::Finding;
 use estar_deck::fields::Field;
@@ -113,21 +114,21 @@ pub fn check(options: &CheckOptions) -> Result<(), Failure> {
             if options.json {
                 print_json(&Report { findings: findings_of(&error), ..Report::default() })?;
             }
-            Err(error.into_failure(is_coloured()))
+            Err(error.into())
         }
     })
 }
 
-fn findings_of(error: &LoadError) -> Vec<Finding> {
+fn findings_of(error: &SessionError) -> Vec<Finding> {
     match error {
-        LoadError::Faults { findings, .. } => findings.data(),
-        LoadError::Deck(error) => vec![Finding::without_place(error.to_string())],
+        SessionError::Faults { findings, .. } => findings.data(),
+        error => vec![Finding::without_place(error.to_string())],
     }
 }
 
 fn forecast(problem: &mut Problem, options: &CheckOptions, lanes: LaneLevel) -> Result<(), Failure> {
     let memory_left_bytes = memory::available().map(|left| left as f64);
-    let mut simulation = setup::simulation(problem, lanes).inspect_err(|failure| {
+    let mut simulation = setup::simulation(problem, lanes).map_err(Failure::from).inspect_err(|failure| {
         if options.json {
             let findings = vec![Finding::without_place(failure.to_string())];
             let _ = print_json(&Report { findings, ..Report::default() });
@@ -174,7 +175,7 @@ fn forecast(problem: &mut Problem, options: &CheckOptions, lanes: LaneLevel) -> 
         let report = Report { is_good: true, findings: problem.findings.data(), forecast: Some(forecast) };
         return print_json(&report);
     }
-    tell_rendered(&problem.findings.render(is_coloured()));
+    tell_findings(&problem.findings);
     print(&format!("{introduction}\n{}", in_words(problem, &forecast)))
 }
 

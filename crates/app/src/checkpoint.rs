@@ -4,7 +4,7 @@
 //! the outputs were, so that these go on without a gap and without a double.
 
 use crate::bits::Bits;
-use crate::failure::Failure;
+use crate::error::SessionError;
 use crate::files;
 use crate::inversion::Approach;
 use crate::problem::Problem;
@@ -174,7 +174,7 @@ impl<'a> Checkpoints<'a> {
     ///
     /// # Errors
     /// It cannot be written; then the older ones stay.
-    pub fn write(&mut self, bookmark: Bookmark, simulation: &Simulation) -> Result<String, Failure> {
+    pub fn write(&mut self, bookmark: Bookmark, simulation: &Simulation) -> Result<String, SessionError> {
         let name = files::checkpoint(simulation.step());
         let path = self.directory.join(&name);
         let identity = self.identity.clone();
@@ -186,7 +186,7 @@ impl<'a> Checkpoints<'a> {
             simulation.for_each_number(|number| writer.number(number));
             writer.commit()
         };
-        write().map_err(Failure::writing(&path))?;
+        write().map_err(SessionError::writing(&path))?;
         self.written.push(path);
         self.remove_old();
         Ok(name)
@@ -245,7 +245,7 @@ pub fn newest(
     directory: &Path,
     identity: &Identity,
     mut take_up: impl FnMut(&Found) -> Result<(), String>,
-) -> Result<Found, Failure> {
+) -> Result<Found, SessionError> {
     let mut refusals = Vec::new();
     for path in checkpoints_in(directory) {
         let name = name_of(&path);
@@ -255,19 +255,7 @@ pub fn newest(
             Err(reason) => refusals.push(format!("{name} cannot be taken up: {reason}")),
         }
     }
-    let directory = directory.display();
-    Err(Failure::File(if refusals.is_empty() {
-        format!(
-            "error: {directory} has no checkpoint to resume from\nhelp: start from the beginning: without --resume, and with --force if results of an earlier run are there"
-        )
-    } else {
-        let reasons: String = refusals.iter().map(|refusal| format!("\n  {refusal}")).collect();
-        format!(
-            "error: {directory} has no checkpoint that can be taken up{reasons}\nhelp: resume with the deck, mesh, --set and \
-             program of the run, and with history.csv as it left it; a damaged frame may be removed; or start from the beginning \
-             with --force, which removes its results"
-        )
-    }))
+    Err(SessionError::NoCheckpoint { directory: directory.to_owned(), refusals })
 }
 
 fn open(path: &Path, wanted: &Identity) -> Result<(Checkpoint, Head), String> {

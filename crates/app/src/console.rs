@@ -4,7 +4,7 @@
 
 use crate::failure::Failure;
 use crate::files::LOG;
-use estar_deck::diagnostics::Rendered;
+use estar_deck::diagnostics::Findings;
 use estar_io::{create_ordinary, open_or_create, steers, visible};
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
@@ -51,15 +51,15 @@ pub fn tell(text: &str) {
     let _ = write!(std::io::stderr().lock(), "{}", visible(text));
 }
 
-/// Prints findings, which may be coloured, to standard error, if that can be.
-pub fn tell_rendered(findings: &Rendered) {
-    let _ = write!(std::io::stderr().lock(), "{findings}");
+/// Prints findings to standard error, coloured where it is a terminal, if that can be.
+pub fn tell_findings(findings: &Findings) {
+    let _ = write!(std::io::stderr().lock(), "{}", findings.render(is_coloured()));
 }
 
 /// Tells why a command did not do what it was asked to.
 pub fn tell_failure(failure: &Failure) {
     match failure {
-        Failure::Findings { rendered, .. } => tell_rendered(rendered),
+        Failure::Findings { findings, .. } => tell_findings(findings),
         other => tell(&format!("{}\n", other.to_string().trim_end())),
     }
 }
@@ -119,7 +119,7 @@ impl Console {
 }
 
 /// Whether messages on standard error may be coloured.
-pub fn is_coloured() -> bool {
+fn is_coloured() -> bool {
     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 

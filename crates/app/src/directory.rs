@@ -1,6 +1,6 @@
 //! The directory that a run writes to: made, cleared of results, and never of what is somebody else's.
 
-use crate::failure::Failure;
+use crate::error::SessionError;
 use crate::files::{HISTORY, LOG, RECORDS, SUMMARY, TROUBLE, is_checkpoint};
 use estar_io::{FIELDS, PARTIAL, SERIES, make_own_folder};
 use std::path::{Path, PathBuf};
@@ -15,30 +15,25 @@ pub fn default_directory(deck: &Path) -> PathBuf {
 ///
 /// # Errors
 /// It is a file, or it cannot be made.
-pub fn make_directory(directory: &Path) -> Result<(), Failure> {
+pub fn make_directory(directory: &Path) -> Result<(), SessionError> {
     if directory.exists() && !directory.is_dir() {
-        return Err(Failure::File(format!("error: {} is a file, not a directory", directory.display())));
+        return Err(SessionError::NoDirectory { path: directory.to_owned() });
     }
     let fields = directory.join(FIELDS);
-    std::fs::create_dir_all(directory).and_then(|()| make_own_folder(&fields)).map_err(Failure::writing(&fields))
+    std::fs::create_dir_all(directory).and_then(|()| make_own_folder(&fields)).map_err(SessionError::writing(&fields))
 }
 
 /// Refuses an output directory that holds results, or frees it of them by `force`.
 ///
 /// # Errors
 /// It holds results, or they cannot be removed.
-pub fn clear_directory(directory: &Path, force: bool) -> Result<(), Failure> {
+pub fn clear_directory(directory: &Path, force: bool) -> Result<(), SessionError> {
     let old = results_in(directory, "");
     if !old.is_empty() && !force {
-        let message = format!(
-            "error: {} holds results already\nhelp: take another directory with --output, overwrite these with --force, or go on \
-             from their newest checkpoint with --resume",
-            directory.display()
-        );
-        return Err(Failure::Input(message));
+        return Err(SessionError::ResultsThere { directory: directory.to_owned() });
     }
     for file in old {
-        std::fs::remove_file(&file).map_err(Failure::writing(&file))?;
+        std::fs::remove_file(&file).map_err(SessionError::writing(&file))?;
     }
     Ok(())
 }
@@ -124,9 +119,9 @@ mod tests {
             ["history.csv", "fields/frame_00003.vtu", "checkpoint_000000000012.estar"].map(|name| path.join(name));
         let theirs = ["notes.txt", "fields/frame_x.vtu"].map(|name| path.join(name));
         ours.iter().chain(&theirs).for_each(|file| std::fs::write(file, "x").unwrap());
-        assert!(matches!(clear_directory(path, false), Err(Failure::Input(_))));
+        assert!(matches!(clear_directory(path, false), Err(SessionError::ResultsThere { .. })));
         clear_directory(path, true).unwrap();
         assert!(ours.iter().all(|file| !file.exists()) && theirs.iter().all(|file| file.exists()));
-        assert!(matches!(make_directory(&theirs[0]), Err(Failure::File(_))));
+        assert!(matches!(make_directory(&theirs[0]), Err(SessionError::NoDirectory { .. })));
     }
 }

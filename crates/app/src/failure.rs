@@ -1,6 +1,7 @@
 //! How a command can end other than well, and the exit status that says so.
 
-use estar_deck::diagnostics::Rendered;
+use crate::error::SessionError;
+use estar_deck::diagnostics::Findings;
 use estar_deck::source::TextError;
 
 /// Why a command did not do what it was asked to.
@@ -10,10 +11,10 @@ pub enum Failure {
     #[error("{0}")]
     Input(String),
     /// Deck or mesh are wrong, as findings with their places.
-    #[error("{rendered}")]
+    #[error("{}", findings.render(false))]
     Findings {
         /// The findings.
-        rendered: Rendered,
+        findings: Findings,
         /// Whether the only fault is a file that cannot be read.
         is_unreadable_file: bool,
     },
@@ -35,6 +36,42 @@ impl From<TextError> for Failure {
     fn from(error: TextError) -> Self {
         let message = format!("error: the deck cannot be read: {error}");
         if matches!(error, TextError::Unreadable { .. }) { Self::File(message) } else { Self::Input(message) }
+    }
+}
+
+impl From<SessionError> for Failure {
+    fn from(error: SessionError) -> Self {
+        let help = match &error {
+            SessionError::ResultsThere { .. } => {
+                "\nhelp: take another directory with --output, overwrite these with --force, or go on from their newest checkpoint with \
+                 --resume"
+            }
+            SessionError::Taken { .. } => "\nhelp: take another directory with --output, or wait for that run",
+            SessionError::NoCheckpoint { refusals, .. } if refusals.is_empty() => {
+                "\nhelp: start from the beginning: without --resume, and with --force if results of an earlier run are there"
+            }
+            SessionError::NoCheckpoint { .. } => {
+                "\nhelp: resume with the deck, mesh, --set and program of the run, and with history.csv as it left it; a damaged frame \
+                 may be removed; or start from the beginning with --force, which removes its results"
+            }
+            _ => "",
+        };
+        match error {
+            SessionError::Deck(error) => error.into(),
+            SessionError::Faults { findings, is_unreadable_file } => Self::Findings { findings, is_unreadable_file },
+            SessionError::NoMemory { .. }
+            | SessionError::Model { .. }
+            | SessionError::Standstill { .. }
+            | SessionError::ResultsThere { .. } => Self::Input(format!("error: {error}{help}")),
+            SessionError::NoDirectory { .. }
+            | SessionError::Taken { .. }
+            | SessionError::NoCheckpoint { .. }
+            | SessionError::Unwritable { .. }
+            | SessionError::Frame(_)
+            | SessionError::Mesh(_)
+            | SessionError::NoThreads { .. }
+            | SessionError::FrameWriter => Self::File(format!("error: {error}{help}")),
+        }
     }
 }
 

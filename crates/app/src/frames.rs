@@ -7,7 +7,7 @@
 //! A frame's numbers are in a buffer that goes to and fro. When a frame comes before the last one is written, the loop waits
 //! for the buffer: memory is bounded, and no frame is lost. More buffers would help only where frames come in bursts.
 
-use crate::failure::Failure;
+use crate::error::SessionError;
 use estar_deck::fields::Field;
 use estar_io::{FieldData, Frame, Grid, ResultWriter, WriteError};
 use estar_mesh::Mesh;
@@ -32,7 +32,7 @@ pub struct FrameWriter {
     fields: Vec<Field>,
     sender: Option<Sender<Order>>,
     returned: Receiver<FrameNumbers>,
-    thread: Option<JoinHandle<Result<usize, Failure>>>,
+    thread: Option<JoinHandle<Result<usize, SessionError>>>,
     written: EarlierFrames,
 }
 
@@ -79,34 +79,33 @@ impl FrameWriter {
         parts: &[Part],
         fields: &[Field],
         earlier: EarlierFrames,
-    ) -> Result<Self, Failure> {
-        let failure = |error: WriteError| Failure::File(format!("error: {error}"));
+    ) -> Result<Self, SessionError> {
         let mut writer = if earlier.times.is_empty() {
-            ResultWriter::create(directory).map_err(failure)?
+            ResultWriter::create(directory)?
         } else {
-            ResultWriter::resume(directory, earlier.times.clone()).map_err(failure)?
+            ResultWriter::resume(directory, earlier.times.clone())?
         };
         let part_of_element = part_of_element(mesh, parts);
         // packing a frame must not crowd out the loop
         let threads = rayon::current_num_threads().div_ceil(SHARE_OF_THREADS);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|error| Failure::File(format!("error: no threads for the frames: {error}")))?;
+        let pool = pool.map_err(|error| SessionError::NoThreads { reason: error.to_string() })?;
         let (sender, orders) = channel::<Order>();
         let (give_back, returned) = channel();
         let (mesh, wanted) = (mesh.clone(), fields.to_vec());
         let write_all = move || {
             // whoever is to take buffers may be gone already: then there is nothing to write
             let _ = give_back.send(FrameNumbers::default());
-            let grid = pool.install(|| grid(&mesh, &part_of_element)).map_err(failure)?;
+            let grid = pool.install(|| grid(&mesh, &part_of_element))?;
             drop(part_of_element);
             for order in orders {
                 let numbers = match order {
                     Order::Write(numbers) => {
-                        pool.install(|| numbers.write(&mut writer, &grid, &mesh, &wanted)).map_err(failure)?;
+                        pool.install(|| numbers.write(&mut writer, &grid, &mesh, &wanted))?;
                         numbers
                     }
                     Order::Sync(numbers) => {
-                        writer.sync().map_err(failure)?;
+                        writer.sync()?;
                         numbers
                     }
                 };
@@ -115,7 +114,7 @@ impl FrameWriter {
             Ok(writer.frame_count())
         };
         let thread = std::thread::Builder::new().name("frames".to_owned()).spawn(write_all);
-        let thread = thread.map_err(|error| Failure::File(format!("error: no thread for the frames: {error}")))?;
+        let thread = thread.map_err(|error| SessionError::NoThreads { reason: error.to_string() })?;
         let (fields, sender, thread) = (fields.to_vec(), Some(sender), Some(thread));
         Ok(Self { fields, sender, returned, thread, written: earlier })
     }
@@ -124,7 +123,7 @@ impl FrameWriter {
     ///
     /// # Errors
     /// An earlier frame could not be written.
-    pub fn write(&mut self, simulation: &Simulation) -> Result<(), Failure> {
+    pub fn write(&mut self, simulation: &Simulation) -> Result<(), SessionError> {
         if self.written.last_step >= Some(simulation.step()) {
             return Ok(());
         }
@@ -141,7 +140,7 @@ impl FrameWriter {
     ///
     /// # Errors
     /// One of them could not be written.
-    pub fn sync(&mut self) -> Result<&EarlierFrames, Failure> {
+    pub fn sync(&mut self) -> Result<&EarlierFrames, SessionError> {
         self.order(Order::Sync)?;
         // done when the buffer is back, which the next order takes
         self.order(Order::Sync)?;
@@ -149,7 +148,7 @@ impl FrameWriter {
     }
 
     /// Gives an order, with the buffer that has come back from the one before.
-    fn order(&mut self, order: impl FnOnce(FrameNumbers) -> Order) -> Result<(), Failure> {
+    fn order(&mut self, order: impl FnOnce(FrameNumbers) -> Order) -> Result<(), SessionError> {
         // no buffer comes back when the writer has given up
         let sent = self.returned.recv().ok().and_then(|numbers| self.sender.as_ref()?.send(order(numbers)).ok());
         match sent {
@@ -162,11 +161,11 @@ impl FrameWriter {
     ///
     /// # Errors
     /// A frame could not be written.
-    pub fn finish(&mut self) -> Result<usize, Failure> {
+    pub fn finish(&mut self) -> Result<usize, SessionError> {
         self.sender = None;
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(result)) => result,
-            Some(Err(_)) => Err(Failure::File("error: the writer of the frames broke down".to_owned())),
+            Some(Err(_)) => Err(SessionError::FrameWriter),
             None => Ok(0),
         }
     }

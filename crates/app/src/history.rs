@@ -1,6 +1,6 @@
 //! `history.csv`: a row of numbers every so often.
 
-use crate::failure::Failure;
+use crate::error::SessionError;
 use crate::files::HISTORY;
 use crate::problem::Problem;
 use crate::snapshot::Snapshot;
@@ -47,10 +47,10 @@ impl History {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn create(directory: &Path, problem: &Problem) -> Result<Self, Failure> {
+    pub fn create(directory: &Path, problem: &Problem) -> Result<Self, SessionError> {
         let path = directory.join(HISTORY);
         let extras = extras(problem);
-        let writer = HistoryWriter::create(&path, &columns(problem, &extras)).map_err(Failure::writing(&path))?;
+        let writer = HistoryWriter::create(&path, &columns(problem, &extras)).map_err(SessionError::writing(&path))?;
         Ok(Self { path, extras, writer, row_count: 0 })
     }
 
@@ -58,11 +58,11 @@ impl History {
     ///
     /// # Errors
     /// It cannot be read or written, or has not so many rows.
-    pub fn resume(directory: &Path, problem: &Problem, row_count: u64) -> Result<Self, Failure> {
+    pub fn resume(directory: &Path, problem: &Problem, row_count: u64) -> Result<Self, SessionError> {
         let path = directory.join(HISTORY);
         let extras = extras(problem);
         let writer = HistoryWriter::resume(&path, &columns(problem, &extras), row_count);
-        Ok(Self { writer: writer.map_err(Failure::writing(&path))?, path, extras, row_count })
+        Ok(Self { writer: writer.map_err(SessionError::writing(&path))?, path, extras, row_count })
     }
 
     /// Why a run cannot go on after so many rows of the file, which is left as it is.
@@ -84,15 +84,15 @@ impl History {
     ///
     /// # Errors
     /// The system refuses.
-    pub fn sync(&self) -> Result<(), Failure> {
-        self.writer.sync().map_err(Failure::writing(&self.path))
+    pub fn sync(&self) -> Result<(), SessionError> {
+        self.writer.sync().map_err(SessionError::writing(&self.path))
     }
 
     /// Adds the row of the present state, with the values of the probes; the smallest Jacobian.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn write(&mut self, snapshot: &Snapshot<'_>, probes: &[f64]) -> Result<f64, Failure> {
+    pub fn write(&mut self, snapshot: &Snapshot<'_>, probes: &[f64]) -> Result<f64, SessionError> {
         let simulation = snapshot.simulation;
         let energies = simulation.energies();
         let [x, y, z] = simulation.momentum();
@@ -137,7 +137,7 @@ impl History {
                 *value = Value::Missing;
             }
         }
-        self.writer.write_row(&row).map_err(Failure::writing(&self.path))?;
+        self.writer.write_row(&row).map_err(SessionError::writing(&self.path))?;
         self.row_count += 1;
         Ok(extremes.min_jacobian)
     }

@@ -2,7 +2,7 @@
 //! element that turned inside out, with its neighbours, through its last steps.
 
 use crate::bits::Bits;
-use crate::failure::Failure;
+use crate::error::SessionError;
 use crate::files::TROUBLE;
 use crate::frames::{FrameNumbers, grid, part_of_element};
 use crate::judgement;
@@ -181,7 +181,7 @@ impl Neighbourhood {
     ///
     /// # Errors
     /// None is to be expected: it is a piece of a mesh that was good.
-    pub fn of(element: u32, problem: &Problem) -> Result<Self, Failure> {
+    pub fn of(element: u32, problem: &Problem) -> Result<Self, SessionError> {
         let whole = &problem.mesh;
         let nodes_of = |element: u32| whole.elements().nodes(element as usize);
         let corners: BTreeSet<u32> = nodes_of(element).iter().copied().collect();
@@ -204,10 +204,9 @@ impl Neighbourhood {
             elements.iter().map(|element| whole.element_labels()[at(element)]).collect(),
             Vec::new(),
         );
-        let failure = |error: &dyn std::fmt::Display| Failure::File(format!("error: {error}"));
-        let mesh = mesh.map_err(|error| failure(&error))?;
+        let mesh = mesh?;
         let parts: Vec<i32> = elements.iter().map(|element| parts[at(element)]).collect();
-        let grid = grid(&mesh, &parts).map_err(|error| failure(&error))?;
+        let grid = grid(&mesh, &parts)?;
         let mut fields = vec![
             Field::Displacement,
             Field::Velocity,
@@ -234,13 +233,13 @@ impl Neighbourhood {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn write(&self, states: &[FrameNumbers], directory: &Path) -> Result<(), Failure> {
+    pub fn write(&self, states: &[FrameNumbers], directory: &Path) -> Result<(), SessionError> {
         let write = || -> Result<(), WriteError> {
             let folder = directory.join(TROUBLE);
             make_own_folder(&folder).map_err(|source| WriteError::Unwritable { path: folder.clone(), source })?;
             let mut writer = ResultWriter::create(&folder)?;
             states.iter().try_for_each(|state| state.write(&mut writer, &self.grid, &self.mesh, &self.fields))
         };
-        write().map_err(|error| Failure::File(format!("error: {error}")))
+        Ok(write()?)
     }
 }

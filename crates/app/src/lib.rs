@@ -13,6 +13,7 @@ pub mod console;
 pub mod constraints;
 pub mod curves;
 pub mod directory;
+pub mod error;
 pub mod example;
 pub mod expectations;
 pub mod failure;

@@ -1,6 +1,6 @@
 //! A directory belongs to one run at a time.
 
-use crate::failure::Failure;
+use crate::error::SessionError;
 use crate::files::LOCK;
 use estar_io::{open_or_create, open_ordinary};
 use std::fs::{File, OpenOptions, TryLockError};
@@ -19,10 +19,10 @@ impl Lock {
     ///
     /// # Errors
     /// Another run has it, whose process is named; or the file cannot be written.
-    pub fn acquire(directory: &Path) -> Result<Self, Failure> {
+    pub fn acquire(directory: &Path) -> Result<Self, SessionError> {
         let path = directory.join(LOCK);
         let opened = open_or_create(&path, OpenOptions::new().read(true).write(true));
-        let mut file = opened.map_err(Failure::writing(&path))?;
+        let mut file = opened.map_err(SessionError::writing(&path))?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
@@ -31,14 +31,11 @@ impl Lock {
                 let _ = file.take(200).read_to_string(&mut owner);
                 let owner = owner.lines().next().map(str::trim).filter(|owner| !owner.is_empty());
                 let owner = owner.unwrap_or("another run");
-                return Err(Failure::File(format!(
-                    "error: {} is written to by {owner}\nhelp: take another directory with --output, or wait for that run",
-                    directory.display()
-                )));
+                return Err(SessionError::Taken { directory: directory.to_owned(), owner: owner.to_owned() });
             }
             // a file system that cannot lock is no reason not to run
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
-            Err(TryLockError::Error(error)) => return Err(Failure::writing(&path)(error)),
+            Err(TryLockError::Error(error)) => return Err(SessionError::writing(&path)(error)),
         }
         let on_host = host().map_or(String::new(), |name| format!(" on {name}"));
         let mut write = || {
@@ -48,7 +45,7 @@ impl Lock {
             // at once, for those who read it meanwhile
             file.write_all(format!("process {}{on_host}\n{started}", process::id()).as_bytes())
         };
-        write().map_err(Failure::writing(&path))?;
+        write().map_err(SessionError::writing(&path))?;
         Ok(Self { _file: file })
     }
 }

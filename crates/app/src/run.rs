@@ -2,7 +2,7 @@
 
 use crate::bits::Bits;
 use crate::checkpoint::{self, Bookmark, Checkpoints, Identity};
-use crate::console::{Console, is_coloured, tell, tell_rendered};
+use crate::console::{Console, tell, tell_findings};
 use crate::directory::{clear_directory, clear_partial_files, default_directory, make_directory};
 use crate::expectations::{self, Expectation, Moment, Outcome};
 use crate::failure::Failure;
@@ -77,8 +77,7 @@ enum Ending {
 pub fn run(options: &RunOptions) -> Result<(), Failure> {
     let (pool, lanes) = machine(options.threads, options.lanes)?;
     pool.install(|| {
-        let problem = setup::load(&options.deck, &options.overrides);
-        let problem = problem.map_err(|error| error.into_failure(is_coloured()))?;
+        let problem = setup::load(&options.deck, &options.overrides)?;
         run_problem(problem, options, lanes)
     })
 }
@@ -100,7 +99,7 @@ fn run_problem(mut problem: Problem, options: &RunOptions, lanes: LaneLevel) -> 
     let simulation = setup::simulation(&problem, lanes);
     let of_steps = simulation.as_ref().ok().and_then(plausibility::doubt_about_steps);
     problem.findings.diagnostics.extend(of_steps);
-    tell_rendered(&problem.findings.render(is_coloured()));
+    tell_findings(&problem.findings);
     let mut simulation = simulation?;
     let directory = options.output.clone().unwrap_or_else(|| default_directory(&options.deck));
     let identity = Identity::of(&problem);
@@ -402,7 +401,7 @@ impl<'a> Run<'a> {
             Err(failure) => {
                 // the disk is at fault: what is there stays, what can still be said is said
                 let _ = self.progress.finish(&self.simulation);
-                let failure = self.frames.finish().err().unwrap_or(failure);
+                let failure = self.frames.finish().err().map_or(failure, Failure::from);
                 let help = if self.has_checkpoint {
                     "everything written before can be read; when the cause is gone, --resume goes on from the newest checkpoint"
                 } else {

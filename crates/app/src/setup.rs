@@ -2,10 +2,9 @@
 
 use crate::bodies::{self, Bodies};
 use crate::conformity;
-use crate::console::is_coloured;
 use crate::constraints;
+use crate::error::SessionError;
 use crate::expectations;
-use crate::failure::Failure;
 use crate::output::output_plan;
 use crate::plausibility;
 use crate::probes;
@@ -19,7 +18,7 @@ use estar_deck::diagnostics::{Diagnostic, Diagnostics, Findings, Span, listed, n
 use estar_deck::fields::Field;
 use estar_deck::format::{hex, short};
 use estar_deck::memory;
-use estar_deck::source::{TextError, read_text};
+use estar_deck::source::read_text;
 use estar_deck::values::{GroupName, Length, OfFaces, OfNodes, Positive, Quantity};
 use estar_deck::{self as deck, Deck, Reading};
 use estar_io::MeshFile;
@@ -36,45 +35,19 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
-/// Why there is no problem to run.
-#[derive(Debug)]
-pub enum LoadError {
-    /// The text of the deck cannot be had.
-    Deck(TextError),
-    /// Deck or mesh have faults.
-    Faults {
-        /// The faults.
-        findings: Findings,
-        /// Whether the only fault is a mesh file that cannot be read.
-        is_unreadable_file: bool,
-    },
-}
-
-impl LoadError {
-    /// The failure of the command, with messages as text.
-    pub fn into_failure(self, coloured: bool) -> Failure {
-        match self {
-            Self::Deck(error) => error.into(),
-            Self::Faults { findings, is_unreadable_file } => {
-                Failure::Findings { rendered: findings.render(coloured), is_unreadable_file }
-            }
-        }
-    }
-}
-
 /// Reads the deck at `deck_path` and its mesh.
 ///
 /// # Errors
 /// The deck cannot be read, or every fault of deck and mesh.
-pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError> {
-    let text = read_text(deck_path).map_err(LoadError::Deck)?;
+pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, SessionError> {
+    let text = read_text(deck_path).map_err(SessionError::Deck)?;
     let Reading { sources, deck, decoder } = deck::read(deck_path, &text, overrides);
     let Decoder { diagnostics, groups, mesh_file, texts, unreadable_count, .. } = decoder;
     let mut findings = Findings { sources, diagnostics };
     let diagnostics = &mut findings.diagnostics;
     let fault = |findings: Findings, is_unreadable_file: bool| {
         let only_files = unreadable_count > 0 && findings.diagnostics.error_count() == unreadable_count;
-        Err(LoadError::Faults { is_unreadable_file: is_unreadable_file || only_files, findings })
+        Err(SessionError::Faults { is_unreadable_file: is_unreadable_file || only_files, findings })
     };
 
     let scale = deck.as_ref().map_or(1.0, |deck| deck.mesh.scale.value);
@@ -151,26 +124,24 @@ pub fn load(deck_path: &Path, overrides: &[String]) -> Result<Problem, LoadError
 ///
 /// # Errors
 /// What the solver refuses, a time step so small that time could never reach the end, or too little memory.
-pub fn simulation(problem: &Problem, lanes: LaneLevel) -> Result<Simulation, Failure> {
+pub fn simulation(problem: &Problem, lanes: LaneLevel) -> Result<Simulation, SessionError> {
     if let Some(shortage) = problem_memory::shortage(problem) {
-        return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
+        return Err(SessionError::NoMemory { shortage });
     }
     let simulation = Simulation::new(&problem.mesh, problem.model.clone(), lanes)
-        .map_err(|error| Failure::Input(trouble::of_model(&error, problem)))?;
+        .map_err(|error| SessionError::Model { told: trouble::of_model(&error, problem), error })?;
     let mass_factor = problem.quasi_static.map_or(1.0, |chosen| chosen.mass_factor);
     let jumps = constraints::jumps(&problem.driven, &problem.model.parts, mass_factor, simulation.time_step());
     if jumps.has_errors() {
-        return Err(Failure::Findings {
-            rendered: jumps.render(&problem.findings.sources, is_coloured()),
-            is_unreadable_file: false,
-        });
+        let findings = Findings { sources: problem.findings.sources.clone(), diagnostics: jumps };
+        return Err(SessionError::Faults { findings, is_unreadable_file: false });
     }
     let end = simulation.end_time();
     // near the end, t + Δt must differ from t
     if end + simulation.time_step() > end {
         Ok(simulation)
     } else {
-        Err(Failure::Input(trouble::of_standstill(problem, &simulation)))
+        Err(SessionError::Standstill { told: trouble::of_standstill(problem, &simulation) })
     }
 }
 

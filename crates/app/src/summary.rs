@@ -1,7 +1,7 @@
 //! `summary.json`: what a run was and what came of it.
 
+use crate::error::SessionError;
 use crate::expectations::Outcome;
-use crate::failure::Failure;
 use crate::files::SUMMARY;
 use crate::problem::Problem;
 use crate::snapshot::Snapshot;
@@ -246,14 +246,14 @@ impl Summary {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn write(&self, directory: &Path) -> Result<(), Failure> {
+    pub fn write(&self, directory: &Path) -> Result<(), SessionError> {
         let path = directory.join(SUMMARY);
         let write = || -> std::io::Result<()> {
             let mut text = serde_json::to_string_pretty(self)?;
             text.push('\n');
             write_atomically(&path, text.as_bytes())
         };
-        write().map_err(Failure::writing(&path))
+        write().map_err(SessionError::writing(&path))
     }
 }
 

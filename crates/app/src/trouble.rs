@@ -55,13 +55,13 @@ pub fn of_model(error: &ModelError, problem: &Problem) -> String {
         ),
         other => other.to_string(),
     };
-    format!("error: {}: {message}", problem.deck_path.display())
+    format!("{}: {message}", problem.deck_path.display())
 }
 
 /// A run whose time would stand still before the end.
 pub fn of_standstill(problem: &Problem, simulation: &Simulation) -> String {
     format!(
-        "error: {}: the time step of {:.4e} s, which element {} controls, is too small for the time ever to reach \
+        "{}: the time step of {:.4e} s, which element {} controls, is too small for the time ever to reach \
          {:.4e} s\nhelp: check the units of density, stiffness and length ([mesh] scale), and [time] end, safety_factor \
          and bulk_viscosity",
         problem.deck_path.display(),

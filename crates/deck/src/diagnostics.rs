@@ -36,12 +36,12 @@ impl Span {
 pub struct SourceId(usize);
 
 /// The texts that spans point into: the deck, and every override of the command line as a file of its own.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Sources {
     texts: Vec<Source>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Source {
     name: String,
     text: String,

@@ -6,7 +6,7 @@ mod plots;
 pub use journey::Journey;
 pub use plots::panels;
 
-use crate::console::{is_coloured, print, tell_rendered};
+use crate::console::{print, tell_findings};
 use crate::directory::default_directory;
 use crate::failure::Failure;
 use crate::sheets;
@@ -40,11 +40,10 @@ pub fn point(options: &PointOptions) -> Result<(), Failure> {
     let text = read_text(&options.deck)?;
     let Reading { sources, deck: problem, decoder } = deck::read_point(&options.deck, &text, &options.overrides);
     let findings = Findings { sources, diagnostics: decoder.diagnostics };
-    let told = findings.render(is_coloured());
     let Some(problem) = problem else {
-        return Err(Failure::Findings { rendered: told, is_unreadable_file: false });
+        return Err(Failure::Findings { findings, is_unreadable_file: false });
     };
-    tell_rendered(&told);
+    tell_findings(&findings);
 
     let journeys: Vec<Journey> = problem.subjects.iter().map(|subject| Journey::of(subject, &problem.path)).collect();
     let troubles: Vec<String> = problem.subjects.iter().zip(&journeys).filter_map(trouble).collect();
