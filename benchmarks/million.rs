@@ -4,9 +4,9 @@
 //! Measured on all cores: a box of 100 × 100 × 100 hexes in a binary Gmsh file in the system's cache, E* in the box-rate
 //! update, F-bar, every field in the frames. Not measured: the disk, which frames reach on a thread of their own.
 
-use estar::frames::{EarlierFrames, FrameWriter};
 use estar::run::machine;
-use estar::setup;
+use estar_session::frames::{EarlierFrames, FrameWriter};
+use estar_session::setup;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};

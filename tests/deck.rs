@@ -1,8 +1,8 @@
 //! The deck: what is read, and what a user is told about what cannot be read.
 
-use estar::output::output_plan;
 use estar_deck::diagnostics::Diagnostics;
 use estar_deck::{self as deck, Reading};
+use estar_session::output::output_plan;
 use estar_solver::model::WallShape;
 use std::path::Path;
 

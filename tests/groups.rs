@@ -1,8 +1,8 @@
 //! Goal: the name of a group in a deck stands for what its place asks for, and where it could be two things the deck is asked.
 //! Meshes: those of `crates/io/tests/corpus`.
 
-use estar::problem::Problem;
-use estar::setup;
+use estar_session::problem::Problem;
+use estar_session::setup;
 use estar_solver::model::LoadKind;
 use std::fs;
 use std::path::Path;

@@ -433,7 +433,8 @@ fn no_shipped_deck_is_doubted() {
             let words: Vec<&str> = command.split(' ').chain(["--force"]).collect();
             workshop.estar(&words).assert(0, &[]);
         }
-        let problem = estar::setup::load(&deck, &[]).unwrap_or_else(|error| panic!("{}: {error:?}", deck.display()));
+        let problem =
+            estar_session::setup::load(&deck, &[]).unwrap_or_else(|error| panic!("{}: {error:?}", deck.display()));
         assert_eq!(problem.findings.render(false).to_string(), "", "{}", deck.display());
         simulations += 1;
     }

@@ -6,7 +6,7 @@
 //!
 //! `cargo test --release --test time_step -- --ignored --nocapture` prints figures of `docs/time-step.md`.
 
-use estar::setup;
+use estar_session::setup;
 use estar_solver::LaneLevel;
 use std::path::Path;
 

@@ -1,20 +1,20 @@
 //! `estar check`: a dry run that says what a run would be and would cost.
 
 use crate::console::{print, print_json, tell_findings};
-use crate::error::SessionError;
 use crate::failure::Failure;
-use crate::plausibility;
-use crate::problem::Problem;
-use crate::problem_memory;
 use crate::run::{announcement, machine};
-use crate::setup;
-use crate::summary::MeshSummary;
 use estar_deck::diagnostics::Finding;
 use estar_deck::fields::Field;
 use estar_deck::format::{bytes, count, duration, prefixed};
 use estar_deck::history_column::COLUMNS;
 use estar_deck::memory;
 use estar_material::MaterialModel;
+use estar_session::error::SessionError;
+use estar_session::plausibility;
+use estar_session::problem::Problem;
+use estar_session::problem_memory;
+use estar_session::setup;
+use estar_session::summary::MeshSummary;
 use estar_solver::model::{Formulation, Part};
 use estar_solver::{LaneLevel, Simulation};
 use serde::Serialize;

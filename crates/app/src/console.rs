@@ -3,9 +3,9 @@
 //! All of it goes through [`visible`]: text of files and of command lines does not steer the terminal that shows it.
 
 use crate::failure::Failure;
-use crate::files::LOG;
 use estar_deck::diagnostics::Findings;
 use estar_io::{create_ordinary, open_or_create, steers, visible};
+use estar_session::files::LOG;
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, IsTerminal, Write};

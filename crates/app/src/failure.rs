@@ -1,8 +1,8 @@
 //! How a command can end other than well, and the exit status that says so.
 
-use crate::error::SessionError;
 use estar_deck::diagnostics::Findings;
 use estar_deck::source::TextError;
+use estar_session::error::SessionError;
 
 /// Why a command did not do what it was asked to.
 #[derive(Debug, thiserror::Error)]

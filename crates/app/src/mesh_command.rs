@@ -1,7 +1,5 @@
 //! `estar mesh`: structured meshes, and what is in a mesh file.
 
-use crate::bodies::Bodies;
-use crate::conformity;
 use crate::console::{print, tell};
 use crate::failure::Failure;
 use clap::{Args, Subcommand};
@@ -16,6 +14,8 @@ use estar_mesh::generate::{
 };
 use estar_mesh::quality::QualityReport;
 use estar_mesh::{Connectivity, Group, GroupKind, Mesh, Shape, Wanted};
+use estar_session::bodies::Bodies;
+use estar_session::conformity;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

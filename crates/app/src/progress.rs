@@ -2,9 +2,9 @@
 
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::files::RECORDS;
 use estar_deck::format::{duration, prefixed};
 use estar_io::{append_whole, open_or_create};
+use estar_session::files::RECORDS;
 use estar_solver::Simulation;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;

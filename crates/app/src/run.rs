@@ -1,33 +1,35 @@
 //! `estar run`: from the deck to the results.
 
-use crate::bits::Bits;
-use crate::checkpoint::{self, Bookmark, Checkpoints, Identity};
 use crate::console::{Console, tell, tell_findings};
-use crate::directory::{clear_directory, clear_partial_files, default_directory, make_directory};
-use crate::expectations::{self, Expectation, Moment, Outcome};
 use crate::failure::Failure;
-use crate::files;
-use crate::frames::{EarlierFrames, FrameWriter};
-use crate::history::History;
-use crate::inversion::{self, Approach, Neighbourhood};
-use crate::judgement;
-use crate::lock::Lock;
-use crate::output::Schedule;
-use crate::passing::Passing;
-use crate::plausibility;
-use crate::probes::Probe;
-use crate::problem::Problem;
 use crate::progress::{EarlierLegs, Progress};
-use crate::setup;
 use crate::signals;
-use crate::snapshot::Snapshot;
-use crate::summary::{EnergySummary, ExtremeSummary, MeshSummary, QuasiStaticSummary, Summary, number, state_hash};
-use crate::trouble;
 use crate::view::Watch;
 use estar_deck::format::{bytes, count, duration, prefixed};
 use estar_deck::settings::CheckpointEvery;
 use estar_deck::units::Dimension;
 use estar_io::one_line;
+use estar_session::bits::Bits;
+use estar_session::checkpoint::{self, Bookmark, Checkpoints, Identity};
+use estar_session::directory::{clear_directory, clear_partial_files, default_directory, make_directory};
+use estar_session::expectations::{self, Expectation, Moment, Outcome};
+use estar_session::files;
+use estar_session::frames::{EarlierFrames, FrameWriter};
+use estar_session::history::History;
+use estar_session::inversion::{self, Approach, Neighbourhood};
+use estar_session::judgement;
+use estar_session::lock::Lock;
+use estar_session::output::Schedule;
+use estar_session::passing::Passing;
+use estar_session::plausibility;
+use estar_session::probes::Probe;
+use estar_session::problem::Problem;
+use estar_session::setup;
+use estar_session::snapshot::Snapshot;
+use estar_session::summary::{
+    EnergySummary, ExtremeSummary, MeshSummary, QuasiStaticSummary, Summary, number, state_hash,
+};
+use estar_session::trouble;
 use estar_solver::model::TimeStep;
 use estar_solver::{Energies, LaneLevel, Simulation, SimulationError};
 use std::fmt::Write;

@@ -7,7 +7,6 @@ pub use journey::Journey;
 pub use plots::panels;
 
 use crate::console::{print, tell_findings};
-use crate::directory::default_directory;
 use crate::failure::Failure;
 use crate::sheets;
 use estar_deck::diagnostics::Findings;
@@ -17,6 +16,7 @@ use estar_deck::source::read_text;
 use estar_deck::{self as deck, Reading};
 use estar_io::{AtomicFile, Value, one_line, write_atomically};
 use estar_material::{Consistency, MaterialModel};
+use estar_session::directory::default_directory;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;

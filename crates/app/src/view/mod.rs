@@ -12,10 +12,10 @@ mod stamp;
 
 use crate::console::{print, tell};
 use crate::failure::Failure;
-use crate::files::{HISTORY, LOCK, LOG, RECORDS, SUMMARY};
 use crate::signals;
 use clap::Args;
 use estar_io::SERIES;
+use estar_session::files::{HISTORY, LOCK, LOG, RECORDS, SUMMARY};
 use server::Server;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;

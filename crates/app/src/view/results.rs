@@ -4,11 +4,11 @@
 use super::body::Bodies;
 use super::history::HistoryTail;
 use super::stamp::Stamp;
-use crate::files::{HISTORY, LOCK, LOG, RECORDS, SUMMARY};
-use crate::lock::Holder;
 use crate::plot::{figure, shaded};
 use crate::series::Series;
 use estar_io::{one_line, open_ordinary, read_ordinary, visible};
+use estar_session::files::{HISTORY, LOCK, LOG, RECORDS, SUMMARY};
+use estar_session::lock::Holder;
 use serde::Serialize;
 use serde_json::Value;
 use std::fs;
