@@ -86,6 +86,6 @@ fn the_program_prints_the_notices_that_it_is_given_away_with() {
     let notices = notices();
     assert!(printed.trim_end() == notices.trim_end(), "the program has other notices than the file");
     // the licences of the fonts that are in the program, too
-    let font = std::fs::read_to_string(root().join("crates/app/src/plot/font/LICENSE")).unwrap();
+    let font = std::fs::read_to_string(root().join("crates/post/src/plot/font/LICENSE")).unwrap();
     assert!(notices.contains(font.trim()));
 }

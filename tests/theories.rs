@@ -3,12 +3,12 @@
 //!
 //! `ESTAR_UPDATE_DOCS=1 cargo test --release --test theories` draws them anew.
 
-use estar::plot::{Axis, Curve, Figure, Panel};
 use estar_material::point::{MaterialPoint, drive};
 use estar_material::{
     AdiabaticHeating, ClosestPoint, EStar, EStarTotal, Elastic, ElasticConstant, GreenNaghdi, Hencky,
     IsotropicElasticity, IsotropicHardening, JohnsonCook, JohnsonCookParameters, KinematicHardening, Material,
 };
+use estar_post::plot::{Axis, Curve, Figure, Panel};
 use estar_tensor::{SymmetricTensor, Tensor};
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 #![no_main]
 
 use estar_deck as deck;
-use estar::plot::Figure;
+use estar_post::plot::Figure;
 use estar::point::{Journey, panels};
 use std::path::Path;
 

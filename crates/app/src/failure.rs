@@ -2,6 +2,7 @@
 
 use estar_deck::diagnostics::Findings;
 use estar_deck::source::TextError;
+use estar_post::error::PostError;
 use estar_session::error::SessionError;
 
 /// Why a command did not do what it was asked to.
@@ -71,6 +72,19 @@ impl From<SessionError> for Failure {
             | SessionError::Mesh(_)
             | SessionError::NoThreads { .. }
             | SessionError::FrameWriter => Self::File(format!("error: {error}{help}")),
+        }
+    }
+}
+
+impl From<PostError> for Failure {
+    fn from(error: PostError) -> Self {
+        let message = format!("error: {error}");
+        match error {
+            PostError::NoMemory { .. } | PostError::TooLarge => Self::Input(message),
+            PostError::Unreadable { .. }
+            | PostError::Unwritable { .. }
+            | PostError::Unusable { .. }
+            | PostError::Frame(_) => Self::File(message),
         }
     }
 }

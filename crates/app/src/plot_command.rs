@@ -1,20 +1,21 @@
 //! `estar plot`: curves and pictures of a run, without a display.
 
 use crate::console::print;
-use crate::curves::{self, CurvePanel, plain};
 use crate::failure::Failure;
-use crate::plot::drawing::{self, Ink, Raster};
-use crate::plot::shaded::{self, Extent, Style, View, Window};
-use crate::plot::surface::{Part, Surface};
-use crate::plot::text::{self, Anchor, Placement};
-use crate::plot::{Axis, Curve, Drawing, Panel};
-use crate::series::Series;
-use crate::sheets;
-use crate::table::Table;
 use clap::Args;
 use estar_deck::fields;
 use estar_deck::units::{self, Dimension};
 use estar_io::{FrameContent, make_own_folder, write_atomically};
+use estar_post::curves::{self, CurvePanel, plain};
+use estar_post::plot::drawing::{self, Ink, Raster};
+use estar_post::plot::shaded::{self, Extent, Style, View, Window};
+use estar_post::plot::surface::{Part, Surface};
+use estar_post::plot::text::{self, Anchor, Placement};
+use estar_post::plot::{Axis, Curve, Drawing, Panel};
+use estar_post::series::Series;
+use estar_post::sheets;
+use estar_post::table::Table;
+use estar_session::files::HISTORY;
 use std::path::{Path, PathBuf};
 
 /// What the command line asks for.
@@ -113,7 +114,7 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), Failure> {
         return Err(Failure::File(format!("{message}\nhelp: it is to be the directory that `estar run` wrote to")));
     }
     let output = arguments.output.clone().unwrap_or_else(|| arguments.directory.join("plots"));
-    let histories = runs.iter().map(|run| Table::read(&run.join("history.csv"))).collect::<Result<Vec<_>, _>>()?;
+    let histories = runs.iter().map(|run| Table::read(&run.join(HISTORY))).collect::<Result<Vec<_>, _>>()?;
     // one that the user names may be a link, what is among results may not
     let made = if arguments.output.is_some() { std::fs::create_dir_all(&output) } else { make_own_folder(&output) };
     made.map_err(Failure::writing(&output))?;
@@ -142,8 +143,8 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), Failure> {
 /// Values at the ends of the colours where there are no values.
 const NO_RANGE: [f64; 2] = [0.0, 1.0];
 
-impl From<png::EncodingError> for Failure {
-    fn from(error: png::EncodingError) -> Self {
+impl From<drawing::EncodingError> for Failure {
+    fn from(error: drawing::EncodingError) -> Self {
         Self::File(format!("error: the picture cannot be written: {error}"))
     }
 }

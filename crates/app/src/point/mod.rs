@@ -8,7 +8,6 @@ pub use plots::panels;
 
 use crate::console::{print, tell_findings};
 use crate::failure::Failure;
-use crate::sheets;
 use estar_deck::diagnostics::Findings;
 use estar_deck::point_column::{Column, Row};
 use estar_deck::point_problem::{PointProblem, Subject};
@@ -16,6 +15,7 @@ use estar_deck::source::read_text;
 use estar_deck::{self as deck, Reading};
 use estar_io::{AtomicFile, Value, one_line, write_atomically};
 use estar_material::{Consistency, MaterialModel};
+use estar_post::sheets;
 use estar_session::directory::default_directory;
 use serde::Serialize;
 use std::io::{self, Write};

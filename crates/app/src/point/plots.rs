@@ -1,9 +1,9 @@
 //! point.png and point.svg.
 
 use super::journey::Journey;
-use crate::plot::{Axis, Curve, Panel};
 use estar_deck::point_column::{Column, Dimension, Driven, Quantity};
 use estar_deck::point_problem::PointProblem;
+use estar_post::plot::{Axis, Curve, Panel};
 
 /// The panels that the deck asks for, or those that suit the path.
 pub fn panels(problem: &PointProblem, journeys: &[Journey]) -> impl ExactSizeIterator<Item = Panel> {

@@ -1,8 +1,8 @@
 //! The table of verification: what is run, and what must come of it. Tests, docs and `estar verify` read the same one.
 
-use crate::table::Table;
 use estar_deck::format::digits;
 use estar_deck::units::{self, Dimension, Measured};
+use estar_post::table::Table;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt;

@@ -1,6 +1,6 @@
 //! A table of numbers as `history.csv` has it: a row of names, then rows of numbers.
 
-use crate::failure::Failure;
+use crate::error::PostError;
 use estar_deck::memory;
 use estar_io::read_ordinary;
 use std::path::Path;
@@ -17,12 +17,12 @@ impl Table {
     ///
     /// # Errors
     /// It cannot be read, or is no such table.
-    pub fn read(path: &Path) -> Result<Self, Failure> {
-        let unusable = |what: String| Failure::File(format!("error: {}: {what}", path.display()));
+    pub fn read(path: &Path) -> Result<Self, PostError> {
+        let unusable = |what: String| PostError::Unusable { path: path.to_owned(), what };
         if let Some(shortage) = memory::shortage_of_table(path) {
-            return Err(Failure::Input(format!("error: {shortage}\nhelp: {}", memory::HELP)));
+            return Err(PostError::NoMemory { shortage });
         }
-        let bytes = read_ordinary(path, u64::MAX).map_err(Failure::reading(path))?;
+        let bytes = read_ordinary(path, u64::MAX).map_err(PostError::reading(path))?;
         let text = String::from_utf8(bytes).map_err(|_| unusable("it is no text".to_owned()))?;
         Self::parse(&text).map_err(unusable)
     }

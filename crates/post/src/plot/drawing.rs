@@ -1,5 +1,7 @@
 //! Filled and stroked outlines, written as SVG or drawn as PNG.
 
+pub use png::EncodingError;
+
 use std::fmt::Write;
 use tiny_skia::{FillRule, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
@@ -52,7 +54,7 @@ impl Raster {
     ///
     /// # Errors
     /// It has no pixels.
-    pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+    pub fn png(&self) -> Result<Vec<u8>, EncodingError> {
         let mut content = Vec::new();
         let mut writer = self.encoder(&mut content).write_header()?;
         writer.write_image_data(self.pixels.as_flattened())?;
@@ -72,7 +74,7 @@ impl Raster {
 ///
 /// # Errors
 /// A picture cannot be made, there are fewer, or they have no pixels.
-pub fn animated_png<E: From<png::EncodingError>>(
+pub fn animated_png<E: From<EncodingError>>(
     count: usize,
     mut pictures: impl Iterator<Item = Result<Raster, E>>,
 ) -> Result<Vec<u8>, E> {

@@ -1,22 +1,14 @@
 //! `estar view` and `estar run --watch`: a page on this machine that shows a run while it runs, and afterwards.
 //!
-//! Both serve the same page from the same files. `results` reads what a run writes, `history` and `body` make curves and a
-//! surface of it, `server` hands them out by `http`. Nothing is written, and nothing is asked of the loop that computes.
-
-mod body;
-mod history;
-mod http;
-mod results;
-mod server;
-mod stamp;
+//! Both serve the same page from the same files.
 
 use crate::console::{print, tell};
 use crate::failure::Failure;
 use crate::signals;
 use clap::Args;
 use estar_io::SERIES;
+use estar_post::page::server::Server;
 use estar_session::files::{HISTORY, LOCK, LOG, RECORDS, SUMMARY};
-use server::Server;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;

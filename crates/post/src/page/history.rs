@@ -1,6 +1,6 @@
 //! A history that grows: only what is new is read, and what is kept does not grow with it.
 
-use crate::curves::panels;
+use crate::curves::{CurvePanel, panels, plain};
 use crate::table;
 use estar_deck::history_column;
 use estar_io::{open_ordinary, visible};
@@ -158,8 +158,8 @@ impl HistoryTail {
             // what no number of JSON is becomes null
             self.kept[column].iter().chain(last).map(|value| json!(rounded(*value))).collect()
         };
-        let curve = |column: &&str| json!({ "name": crate::curves::plain(column), "values": values(column) });
-        let panel = |panel: &crate::curves::CurvePanel| {
+        let curve = |column: &&str| json!({ "name": plain(column), "values": values(column) });
+        let panel = |panel: &CurvePanel| {
             json!({
                 "label": panel.label,
                 "unit": panel.unit,

@@ -1,6 +1,6 @@
 //! Figures of any number of panels, written as sheets that a screen shows and a picture can hold.
 
-use crate::failure::Failure;
+use crate::error::PostError;
 use crate::plot::{Figure, Panel};
 use estar_io::write_atomically;
 use std::io::ErrorKind;
@@ -21,7 +21,7 @@ pub fn write(
     name: &str,
     title: &str,
     mut panels: impl ExactSizeIterator<Item = Panel>,
-) -> Result<usize, Failure> {
+) -> Result<usize, PostError> {
     let count = panels.len().div_ceil(MOST_PANELS);
     for number in 1..=count {
         let title = match count {
@@ -30,10 +30,10 @@ pub fn write(
         };
         let figure = Figure { title, panels: panels.by_ref().take(MOST_PANELS).collect() };
         let drawing = figure.drawing();
-        let pixels = drawing.png(PIXELS_PER_UNIT).ok_or_else(too_large)?;
+        let pixels = drawing.png(PIXELS_PER_UNIT).ok_or(PostError::TooLarge)?;
         for (ending, content) in [("svg", drawing.svg().as_bytes()), ("png", pixels.as_slice())] {
             let path = sheet(directory, name, number, ending);
-            write_atomically(&path, content).map_err(Failure::writing(&path))?;
+            write_atomically(&path, content).map_err(PostError::writing(&path))?;
         }
     }
     for number in count + 1.. {
@@ -63,16 +63,12 @@ fn sheet(directory: &Path, name: &str, number: usize, ending: &str) -> PathBuf {
 }
 
 /// Removes a file; whether there was one.
-fn remove(path: &Path) -> Result<bool, Failure> {
+fn remove(path: &Path) -> Result<bool, PostError> {
     match std::fs::remove_file(path) {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(Failure::writing(path)(error)),
+        Err(error) => Err(PostError::writing(path)(error)),
     }
-}
-
-fn too_large() -> Failure {
-    Failure::Input("error: the plot is larger than a picture can be".to_owned())
 }
 
 #[cfg(test)]

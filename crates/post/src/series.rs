@@ -1,6 +1,6 @@
 //! The frames of a run, as `results.pvd` names them.
 
-use crate::failure::Failure;
+use crate::error::PostError;
 use estar_deck::memory;
 use estar_io::{FrameContent, FrameLimits, SERIES, read_frame_with, read_ordinary};
 use std::path::{Component, Path, PathBuf};
@@ -22,11 +22,11 @@ impl Series {
     ///
     /// # Errors
     /// They cannot be read, there are none, or one is elsewhere.
-    pub fn of(directory: &Path) -> Result<Self, Failure> {
+    pub fn of(directory: &Path) -> Result<Self, PostError> {
         /// Of a million frames.
         const MOST_BYTES: u64 = 128 << 20;
         let path = Self::file(directory);
-        let text = read_ordinary(&path, MOST_BYTES).map_err(Failure::reading(&path))?;
+        let text = read_ordinary(&path, MOST_BYTES).map_err(PostError::reading(&path))?;
         let text = String::from_utf8_lossy(&text);
         let attribute = |tag: &str, name: &str| -> Option<String> {
             let (_, after) = tag.split_once(&format!("{name}=\""))?;
@@ -38,17 +38,14 @@ impl Series {
             .filter_map(|tag| Some((attribute(tag, "timestep")?.parse().ok()?, attribute(tag, "file")?.into())))
             .collect();
         if frames.is_empty() {
-            return Err(Failure::File(format!("error: {}: it names no frame", path.display())));
+            return Err(PostError::Unusable { path, what: "it names no frame".to_owned() });
         }
         // results may be a stranger's: they are not to lead to files that are none of theirs
         let is_below =
             |name: &Path| name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
         if let Some((_, name)) = frames.iter().find(|(_, name)| !is_below(name)) {
-            return Err(Failure::File(format!(
-                "error: {}: it names {:?}, which is not below its directory",
-                path.display(),
-                name.display().to_string()
-            )));
+            let what = format!("it names {:?}, which is not below its directory", name.display().to_string());
+            return Err(PostError::Unusable { path, what });
         }
         let frames = frames.into_iter().map(|(time, name)| (time, directory.join(name))).collect();
         Ok(Self { frames })
@@ -58,14 +55,14 @@ impl Series {
     ///
     /// # Errors
     /// It cannot be read.
-    pub fn at(&self, time: Option<f64>) -> Result<FrameContent, Failure> {
+    pub fn at(&self, time: Option<f64>) -> Result<FrameContent, PostError> {
         let is_due = |frame: &&(f64, PathBuf)| time.is_none_or(|time| frame.0 <= time * (1.0 + 1e-12));
         let (_, path) = self.frames.iter().rev().find(is_due).unwrap_or(&self.frames[0]);
         read(path)
     }
 
     /// All frames, read one after another; one that cannot be read is an error.
-    pub fn all(&self) -> impl Iterator<Item = Result<FrameContent, Failure>> {
+    pub fn all(&self) -> impl Iterator<Item = Result<FrameContent, PostError>> {
         self.frames.iter().map(|(_, path)| read(path))
     }
 }
@@ -74,17 +71,16 @@ impl Series {
 ///
 /// # Errors
 /// It cannot be read, or is too large.
-pub fn read(path: &Path) -> Result<FrameContent, Failure> {
+pub fn read(path: &Path) -> Result<FrameContent, PostError> {
     let numbers = memory::available().unwrap_or(u64::MAX);
-    read_frame_with(path, FrameLimits { file: numbers, numbers }, |_| true)
-        .map_err(|error| Failure::File(format!("error: {error}")))
+    Ok(read_frame_with(path, FrameLimits { file: numbers, numbers }, |_| true)?)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn naming(directory: &Path, name: &str) -> Result<Series, Failure> {
+    fn naming(directory: &Path, name: &str) -> Result<Series, PostError> {
         std::fs::write(Series::file(directory), format!("<DataSet timestep=\"0\" file=\"{name}\"/>")).unwrap();
         Series::of(directory)
     }

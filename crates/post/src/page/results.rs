@@ -204,7 +204,7 @@ impl Results {
         if let Some((of, series)) = known.as_ref().filter(|(of, _)| *of == stamp) {
             return Ok((*of, Arc::clone(series)));
         }
-        let series = Arc::new(Series::of(&self.directory).map_err(|failure| failure.to_string())?);
+        let series = Arc::new(Series::of(&self.directory).map_err(|error| format!("error: {error}"))?);
         *known = Some((stamp, Arc::clone(&series)));
         Ok((stamp, series))
     }
