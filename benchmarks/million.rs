@@ -4,9 +4,11 @@
 //! Measured on all cores: a box of 100 × 100 × 100 hexes in a binary Gmsh file in the system's cache, E* in the box-rate
 //! update, F-bar, every field in the frames. Not measured: the disk, which frames reach on a thread of their own.
 
-use estar::run::machine;
 use estar_session::frames::{EarlierFrames, FrameWriter};
-use estar_session::setup;
+use estar_session::machine::machine;
+use estar_session::observer::Observer;
+use estar_session::problem::Problem;
+use estar_session::session::Session;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -52,34 +54,44 @@ fn main() {
     pool.install(|| measure(&deck, folder.path(), lanes));
 }
 
+/// When deck and mesh were read.
+struct Loaded(Option<Instant>);
+
+impl Observer for Loaded {
+    fn loaded(&mut self, _problem: &Problem) {
+        self.0 = Some(Instant::now());
+    }
+}
+
 fn measure(deck: &Path, folder: &Path, lanes: estar_solver::LaneLevel) {
     let begun = Instant::now();
-    let problem = setup::load(deck, &[]).unwrap_or_else(|_| panic!("a sound deck"));
-    let loaded = begun.elapsed();
-    let mut simulation = setup::simulation(&problem, lanes).expect("a sound model");
+    let mut loaded = Loaded(None);
+    let mut session = Session::load(deck, &[], lanes, &mut loaded).expect("a sound deck");
     let set_up = begun.elapsed();
+    let loaded = loaded.0.map_or(set_up, |loaded| loaded - begun);
     row("read, checked and ordered", seconds(loaded), "");
     row("and set up, with the forces of t = 0", seconds(set_up), "3 s");
     row("memory then", per_hex("VmRSS:"), "");
 
+    let problem = session.problem();
     let (parts, fields) = (&problem.model.parts, &problem.output.fields);
     let frames = FrameWriter::start(folder, &problem.mesh, parts, fields, EarlierFrames::default());
     let mut frames = frames.expect("a folder");
     for frame in 1..=3 {
         let begun = Instant::now();
-        frames.write(&simulation).expect("room for frames");
+        frames.write(session.simulation()).expect("room for frames");
         row(&format!("frame {frame} taken from the loop"), milliseconds(begun.elapsed()), "50 ms");
         // the writer is done before the steps are timed
         if frame < 3 {
             frames.sync().expect("room for frames");
         }
-        simulation.advance().expect("a sound run");
+        session.advance(&mut ()).expect("a sound run");
     }
     frames.finish().expect("room for frames");
 
     let begun = Instant::now();
     for _ in 0..STEPS {
-        simulation.advance().expect("a sound run");
+        session.advance(&mut ()).expect("a sound run");
     }
     row("step", milliseconds(begun.elapsed() / STEPS), "");
     row("memory with frames", per_hex("VmRSS:"), "1000 B per hex");

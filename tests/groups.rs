@@ -1,14 +1,14 @@
 //! Goal: the name of a group in a deck stands for what its place asks for, and where it could be two things the deck is asked.
 //! Meshes: those of `crates/io/tests/corpus`.
 
-use estar_session::problem::Problem;
-use estar_session::setup;
+use estar_session::session::Session;
+use estar_solver::LaneLevel;
 use estar_solver::model::LoadKind;
 use std::fs;
 use std::path::Path;
 
-/// The problem of a mesh of the corpus, all of it one material, with an addition; or what the user is told.
-fn problem(mesh: &str, part: &str, addition: &str) -> Result<Problem, String> {
+/// The session of a mesh of the corpus, all of it one material, with an addition; or what the user is told.
+fn session(mesh: &str, part: &str, addition: &str) -> Result<Session, String> {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/io/tests/corpus");
     let folder = tempfile::tempdir().unwrap();
     let deck = format!(
@@ -19,18 +19,19 @@ fn problem(mesh: &str, part: &str, addition: &str) -> Result<Problem, String> {
     );
     let path = folder.path().join("deck.toml");
     fs::write(&path, deck).unwrap();
-    setup::load(&path, &[]).map_err(|error| error.to_string())
+    Session::load(&path, &[], LaneLevel::best(), &mut ()).map_err(|error| error.to_string())
 }
 
 fn told(mesh: &str, part: &str, addition: &str) -> String {
-    problem(mesh, part, addition).expect_err("the deck was taken")
+    session(mesh, part, addition).err().expect("the deck was taken")
 }
 
 fn hold(group: &str) -> String {
     format!("[[fix]]\ngroup = \"{group}\"\ndirections = [\"x\"]\n")
 }
 
-fn held(problem: &Problem) -> Vec<u64> {
+fn held(session: &Session) -> Vec<u64> {
+    let problem = session.problem();
     let mut labels: Vec<u64> =
         problem.model.fixes[0].nodes.iter().map(|&node| problem.mesh.node_labels()[node as usize].0).collect();
     labels.sort_unstable();
@@ -40,9 +41,9 @@ fn held(problem: &Problem) -> Vec<u64> {
 #[test]
 fn a_node_set_is_held_an_element_set_is_a_part_a_surface_is_loaded() {
     let press = "[[pressure]]\ngroup = \"END\"\ncurve = [[0, 0], [1, 1]]\n";
-    let problem = problem("namesakes.inp", "COLUMN", &format!("{}{press}", hold("END"))).unwrap();
-    assert_eq!(held(&problem), [9, 10]);
-    let LoadKind::Pressure { faces, .. } = &problem.model.loads[0].kind else { panic!("no pressure") };
+    let session = session("namesakes.inp", "COLUMN", &format!("{}{press}", hold("END"))).unwrap();
+    assert_eq!(held(&session), [9, 10]);
+    let LoadKind::Pressure { faces, .. } = &session.problem().model.loads[0].kind else { panic!("no pressure") };
     assert_eq!(faces.len(), 1);
     // as a part END is one element of two: the other has no part
     assert!(told("namesakes.inp", "END", "").contains("1 elements belong to no part: 2"));
@@ -53,8 +54,8 @@ fn sets_of_part_and_assembly_are_asked_for_and_told_apart() {
     let both = told("owners.inp", "part.Set-1", &hold("Set-1"));
     assert!(both.contains("2 groups of the mesh are named `Set-1`"), "{both}");
     assert!(both.contains("say `part.Set-1` (node set, 12 nodes) or `assembly.Set-1` (node set, 4 nodes)"), "{both}");
-    assert_eq!(held(&problem("owners.inp", "part.Set-1", &hold("assembly.Set-1")).unwrap()), [9, 10, 11, 12]);
-    assert_eq!(held(&problem("owners.inp", "all", &hold("Column-1.Foot")).unwrap()), [1, 2, 3, 4]);
+    assert_eq!(held(&session("owners.inp", "part.Set-1", &hold("assembly.Set-1")).unwrap()), [9, 10, 11, 12]);
+    assert_eq!(held(&session("owners.inp", "all", &hold("Column-1.Foot")).unwrap()), [1, 2, 3, 4]);
     let part = told("owners.inp", "Set-1", "");
     assert!(part.contains("`part.Set-1` (volume, 2 elements) or `assembly.Set-1` (volume, 1 elements)"), "{part}");
 }
@@ -67,7 +68,7 @@ fn a_surface_and_a_volume_of_one_name_are_told_apart_by_their_kinds() {
 
 #[test]
 fn a_mesh_without_groups_is_used_by_what_is_always_there() {
-    assert_eq!(problem("no_sets.inp", "all", "").unwrap().parts[0].element_count, 1);
+    assert_eq!(session("no_sets.inp", "all", "").unwrap().problem().parts[0].element_count, 1);
     let unknown = told("no_groups.msh", "all", &hold("lid"));
     assert!(unknown.contains("`volume_1`, `surface_3`, `surface_4`, `all`"), "{unknown}");
 }

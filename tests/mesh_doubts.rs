@@ -4,6 +4,8 @@
 mod common;
 
 use common::{DECK, Workshop};
+use estar_session::session::Session;
+use estar_solver::LaneLevel;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -433,9 +435,9 @@ fn no_shipped_deck_is_doubted() {
             let words: Vec<&str> = command.split(' ').chain(["--force"]).collect();
             workshop.estar(&words).assert(0, &[]);
         }
-        let problem =
-            estar_session::setup::load(&deck, &[]).unwrap_or_else(|error| panic!("{}: {error:?}", deck.display()));
-        assert_eq!(problem.findings.render(false).to_string(), "", "{}", deck.display());
+        let session = Session::load(&deck, &[], LaneLevel::best(), &mut ());
+        let session = session.unwrap_or_else(|error| panic!("{}: {error}", deck.display()));
+        assert_eq!(session.problem().findings.render(false).to_string(), "", "{}", deck.display());
         simulations += 1;
     }
     assert!(simulations >= 14 && points >= 9, "{simulations} {points}");

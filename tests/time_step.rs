@@ -6,7 +6,7 @@
 //!
 //! `cargo test --release --test time_step -- --ignored --nocapture` prints figures of `docs/time-step.md`.
 
-use estar_session::setup;
+use estar_session::session::Session;
 use estar_solver::LaneLevel;
 use std::path::Path;
 
@@ -14,10 +14,10 @@ use std::path::Path;
 fn shares(deck: &str, steps: u64, looks: u64) -> (f64, f64) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(deck);
     let settings = ["time.time_step='power'".to_owned(), "expect=[]".to_owned()];
-    let problem = setup::load(&path, &settings).unwrap();
-    let mut simulation = setup::simulation(&problem, LaneLevel::best()).unwrap();
+    let mut session = Session::load(&path, &settings, LaneLevel::best(), &mut ()).unwrap();
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     loop {
+        let simulation = session.simulation_mut();
         if simulation.step().is_multiple_of(steps / looks) {
             let used = simulation.extremes().stable_time_step;
             let [nearly, exact] = [260, 300].map(|k| simulation.exact_global_time_step(k));
@@ -34,7 +34,7 @@ fn shares(deck: &str, steps: u64, looks: u64) -> (f64, f64) {
         if simulation.is_finished() {
             return (least, most);
         }
-        simulation.advance().unwrap();
+        assert!(session.advance(&mut ()).unwrap().is_none());
     }
 }
 

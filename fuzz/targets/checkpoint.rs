@@ -1,8 +1,10 @@
 //! A checkpoint with any damage, some of it under a checksum that is right. What is not refused goes on.
 #![no_main]
 
-use estar::run::{RunOptions, run};
 use estar_fuzz::{STEPS, workshop, write};
+use estar_session::error::SessionError;
+use estar_session::machine::machine;
+use estar_session::session::{Destination, Session, Start};
 use libfuzzer_sys::arbitrary::{self, Arbitrary};
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -66,7 +68,7 @@ struct Stopped {
 static STOPPED: LazyLock<Stopped> = LazyLock::new(|| {
     let workshop = workshop();
     write(&workshop.path().join("deck.toml"), DECK.as_bytes());
-    run(&options(workshop.path(), false, MIDWAY)).expect("a run up to its checkpoint");
+    run(workshop.path(), Start::Fresh, MIDWAY).expect("a run up to its checkpoint");
     let (mut checkpoint, mut others) = (PathBuf::new(), Vec::new());
     for directory in ["results", "results/fields"].map(|name| workshop.path().join(name)) {
         for path in fs::read_dir(directory).expect("results").map(|entry| entry.expect("an entry").path()) {
@@ -90,19 +92,16 @@ static STOPPED: LazyLock<Stopped> = LazyLock::new(|| {
     }
 });
 
-fn options(workshop: &Path, resume: bool, stop: u64) -> RunOptions {
-    RunOptions {
-        deck: workshop.join("deck.toml"),
-        overrides: Vec::new(),
-        output: Some(workshop.join("results")),
-        threads: Some(1),
-        lanes: None,
-        is_quiet: true,
-        force: false,
-        resume,
-        stop_at_step: Some(stop),
-        watch: false,
-    }
+/// Runs the deck of the workshop up to a step, on one thread.
+fn run(workshop: &Path, start: Start, stop: u64) -> Result<(), SessionError> {
+    let (pool, lanes) = machine(Some(1), None)?;
+    pool.install(|| {
+        let mut session = Session::load(&workshop.join("deck.toml"), &[], lanes, &mut ())?;
+        let destination = Destination { directory: workshop.join("results"), start, stop_at_step: Some(stop) };
+        session.write_to(&destination, &mut ())?;
+        let ending = session.advance_to_end(&mut ())?;
+        session.finish(ending, &mut ()).map(|_| ())
+    })
 }
 
 libfuzzer_sys::fuzz_target!(|damage: Damage| {
@@ -138,5 +137,5 @@ libfuzzer_sys::fuzz_target!(|damage: Damage| {
         write(path, bytes);
     }
     write(&STOPPED.checkpoint, &file);
-    let _ = run(&options(STOPPED.workshop.path(), true, MIDWAY + STEPS));
+    let _ = run(STOPPED.workshop.path(), Start::Resuming, MIDWAY + STEPS);
 });

@@ -2,7 +2,7 @@
 
 use crate::console::{print, print_json, tell_findings};
 use crate::failure::Failure;
-use crate::run::{announcement, machine};
+use crate::run_words::announcement;
 use estar_deck::diagnostics::Finding;
 use estar_deck::fields::Field;
 use estar_deck::format::{bytes, count, duration, prefixed};
@@ -10,10 +10,11 @@ use estar_deck::history_column::COLUMNS;
 use estar_deck::memory;
 use estar_material::MaterialModel;
 use estar_session::error::SessionError;
-use estar_session::plausibility;
+use estar_session::machine::machine;
+use estar_session::observer::Observer;
 use estar_session::problem::Problem;
 use estar_session::problem_memory;
-use estar_session::setup;
+use estar_session::session::Session;
 use estar_session::summary::MeshSummary;
 use estar_solver::model::{Formulation, Part};
 use estar_solver::{LaneLevel, Simulation};
@@ -108,46 +109,64 @@ struct Controlling {
 /// Every fault of deck and mesh.
 pub fn check(options: &CheckOptions) -> Result<(), Failure> {
     let (pool, lanes) = machine(options.threads, options.lanes)?;
-    pool.install(|| match setup::load(&options.deck, &options.overrides) {
-        Ok(mut problem) => forecast(&mut problem, options, lanes),
-        Err(error) => {
-            if options.json {
-                print_json(&Report { findings: findings_of(&error), ..Report::default() })?;
+    pool.install(|| {
+        let mut memory = MemoryLeft(None);
+        match Session::load(&options.deck, &options.overrides, lanes, &mut memory) {
+            Ok(mut session) => report(&mut session, memory, options, lanes),
+            Err(error) => {
+                if options.json {
+                    print_json(&Report { findings: findings_of(&error), ..Report::default() })?;
+                }
+                Err(error.into())
             }
-            Err(error.into())
         }
     })
+}
+
+/// The memory (bytes) that is left for the state of a problem.
+struct MemoryLeft(Option<u64>);
+
+impl Observer for MemoryLeft {
+    fn loaded(&mut self, _problem: &Problem) {
+        self.0 = memory::available();
+    }
 }
 
 fn findings_of(error: &SessionError) -> Vec<Finding> {
     match error {
         SessionError::Faults { findings, .. } => findings.data(),
-        error => vec![Finding::without_place(error.to_string())],
+        SessionError::Deck(error) => vec![Finding::without_place(error.to_string())],
+        error => vec![Finding::without_place(format!("error: {error}"))],
     }
 }
 
-fn forecast(problem: &mut Problem, options: &CheckOptions, lanes: LaneLevel) -> Result<(), Failure> {
-    let memory_left_bytes = memory::available().map(|left| left as f64);
-    let mut simulation = setup::simulation(problem, lanes).map_err(Failure::from).inspect_err(|failure| {
-        if options.json {
-            let findings = vec![Finding::without_place(failure.to_string())];
-            let _ = print_json(&Report { findings, ..Report::default() });
-        }
-    })?;
-    problem.findings.diagnostics.extend(plausibility::doubt_about_steps(&simulation));
-    let problem = &*problem;
-    let introduction = announcement(problem, &simulation, rayon::current_num_threads(), lanes);
-    let initial_time_step = simulation.time_step();
-    let controlling_elements = controlling_elements(problem, &simulation);
-    let stable_time_steps =
-        StableTimeSteps { element: simulation.element_time_step(), power: simulation.global_time_step() };
-    let rate = timed_rate(&mut simulation);
+fn report(session: &mut Session, memory: MemoryLeft, options: &CheckOptions, lanes: LaneLevel) -> Result<(), Failure> {
+    let introduction = announcement(session.problem(), session.simulation(), rayon::current_num_threads(), lanes);
+    let forecast = forecast(session, memory, lanes);
+    let problem = session.problem();
+    if options.json {
+        let report = Report { is_good: true, findings: problem.findings.data(), forecast: Some(forecast) };
+        return print_json(&report);
+    }
+    tell_findings(&problem.findings);
+    print(&format!("{introduction}\n{}", in_words(problem, &forecast)))
+}
 
+/// What a run would be; steps are made to time them.
+fn forecast(session: &mut Session, MemoryLeft(memory_left): MemoryLeft, lanes: LaneLevel) -> Forecast {
+    let power = session.simulation_mut().global_time_step();
+    let simulation = session.simulation();
+    let initial_time_step = simulation.time_step();
+    let controlling_elements = controlling_elements(session.problem(), simulation);
+    let stable_time_steps = StableTimeSteps { element: simulation.element_time_step(), power };
+    let rate = timed_rate(session);
+
+    let (problem, simulation) = (session.problem(), session.simulation());
     let end_time = simulation.end_time();
     let steps_expected = (end_time / initial_time_step).ceil();
     let frames_expected = problem.output.frames.count(end_time, steps_expected);
     let rows = problem.output.history.count(end_time, steps_expected);
-    let forecast = Forecast {
+    Forecast {
         mesh: MeshSummary::new(problem),
         quality: Quality {
             min_scaled_jacobian: problem.quality.min_scaled_jacobian,
@@ -166,17 +185,11 @@ fn forecast(problem: &mut Problem, options: &CheckOptions, lanes: LaneLevel) -> 
         element_steps_per_second: rate,
         seconds_expected: steps_expected * simulation.element_count() as f64 / rate,
         memory_bytes: problem_memory::needed(problem) as f64,
-        memory_left_bytes,
+        memory_left_bytes: memory_left.map(|left| left as f64),
         frames_expected,
         output_bytes_at_most: frames_expected * bytes_of_frame(problem) + rows * bytes_of_row(problem),
         notes: notes(problem),
-    };
-    if options.json {
-        let report = Report { is_good: true, findings: problem.findings.data(), forecast: Some(forecast) };
-        return print_json(&report);
     }
-    tell_findings(&problem.findings);
-    print(&format!("{introduction}\n{}", in_words(problem, &forecast)))
 }
 
 /// The elements with the smallest stable time steps, the smallest first.
@@ -189,17 +202,15 @@ fn controlling_elements(problem: &Problem, simulation: &Simulation) -> Vec<Contr
 }
 
 /// Element steps per second of the first real steps; a failing step ends the timing.
-fn timed_rate(simulation: &mut Simulation) -> f64 {
+fn timed_rate(session: &mut Session) -> f64 {
     // the first step wakes the threads and the caches
-    let _ = simulation.advance();
+    let mut goes_on = matches!(session.advance(&mut ()), Ok(None));
     let (start, mut steps) = (Instant::now(), 0_u64);
-    while steps == 0 || (steps < TIMED_STEPS && start.elapsed() < TIMING && !simulation.is_finished()) {
-        if simulation.advance().is_err() {
-            break;
-        }
-        steps += 1;
+    while goes_on && (steps == 0 || (steps < TIMED_STEPS && start.elapsed() < TIMING)) {
+        goes_on = matches!(session.advance(&mut ()), Ok(None));
+        steps += u64::from(goes_on);
     }
-    steps.max(1) as f64 * simulation.element_count() as f64 / start.elapsed().as_secs_f64()
+    steps.max(1) as f64 * session.simulation().element_count() as f64 / start.elapsed().as_secs_f64()
 }
 
 /// Bytes of a frame before compression.

@@ -5,6 +5,7 @@
 use crate::failure::Failure;
 use estar_deck::diagnostics::Findings;
 use estar_io::{create_ordinary, open_or_create, steers, visible};
+use estar_session::error::SessionError;
 use estar_session::files::LOG;
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
@@ -81,10 +82,10 @@ impl Console {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn log_into(&mut self, directory: &Path, goes_on: bool) -> Result<(), Failure> {
+    pub fn log_into(&mut self, directory: &Path, goes_on: bool) -> Result<(), SessionError> {
         let path = directory.join(LOG);
         let log = if goes_on { open_or_create(&path, OpenOptions::new().append(true)) } else { create_ordinary(&path) };
-        self.log = Some(log.map_err(Failure::writing(&path))?);
+        self.log = Some(log.map_err(SessionError::writing(&path))?);
         Ok(())
     }
 

@@ -60,7 +60,21 @@ impl From<SessionError> for Failure {
         match error {
             SessionError::Deck(error) => error.into(),
             SessionError::Faults { findings, is_unreadable_file } => Self::Findings { findings, is_unreadable_file },
+            SessionError::StopIsOver { stop, step, checkpoint } => Self::Input(format!(
+                "error: --stop-at-step {stop} lies before step {step}, from which this run would go on ({checkpoint})\nhelp: a run goes \
+                 on from its newest checkpoint; nothing has been changed"
+            )),
+            SessionError::Lost { error, has_checkpoint } => {
+                let help = if has_checkpoint {
+                    "everything written before can be read; when the cause is gone, --resume goes on from the newest checkpoint"
+                } else {
+                    "everything written before can be read; there was no checkpoint yet, from which --resume could go on"
+                };
+                Self::File(format!("{}\nhelp: {help}", Self::from(*error)))
+            }
             SessionError::NoMemory { .. }
+            | SessionError::NoLanes(_)
+            | SessionError::NoThreads { .. }
             | SessionError::Model { .. }
             | SessionError::Standstill { .. }
             | SessionError::ResultsThere { .. } => Self::Input(format!("error: {error}{help}")),
@@ -70,7 +84,7 @@ impl From<SessionError> for Failure {
             | SessionError::Unwritable { .. }
             | SessionError::Frame(_)
             | SessionError::Mesh(_)
-            | SessionError::NoThreads { .. }
+            | SessionError::NoFrameThreads { .. }
             | SessionError::FrameWriter => Self::File(format!("error: {error}{help}")),
         }
     }

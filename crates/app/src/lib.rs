@@ -1,6 +1,6 @@
 //! The `estar` command: decks, runs, checks, meshes. The only crate that prints, times and knows the deck.
 //!
-//! `estar_deck` reads what a user wrote, [`setup`] makes a problem of it and of the mesh, [`run`] runs it.
+//! `estar_deck` reads what a user wrote, `estar_session` runs it, `estar_post` shows what came of it.
 
 pub mod bench;
 pub mod check;
@@ -13,6 +13,7 @@ pub mod plot_command;
 pub mod point;
 pub mod progress;
 pub mod run;
+pub mod run_words;
 pub mod shipped;
 pub mod signals;
 pub mod verify;

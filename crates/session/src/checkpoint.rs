@@ -5,6 +5,7 @@
 
 use crate::bits::Bits;
 use crate::error::SessionError;
+use crate::expectations::Moment;
 use crate::files;
 use crate::inversion::Approach;
 use crate::problem::Problem;
@@ -64,6 +65,26 @@ pub struct Bookmark {
 }
 
 impl Bookmark {
+    /// Where the outputs of a run are before its first row.
+    pub fn beginning(problem: &Problem, simulation: &Simulation) -> Self {
+        let expectations = &problem.expectations;
+        let is_pending = |index: &usize| matches!(expectations[*index].moment, Moment::Time(_));
+        Self {
+            history_rows: 0,
+            frame_times: Vec::new(),
+            last_frame: None,
+            record_bytes: 0,
+            passed: [0; 2],
+            last_row: None,
+            pending: (0..expectations.len()).filter(is_pending).collect(),
+            outcomes: vec![None; expectations.len()],
+            jacobians: Vec::new(),
+            approach: Approach::beginning(problem),
+            initial_time_step: Bits::from(simulation.time_step()),
+            wall_seconds: 0.0,
+        }
+    }
+
     /// Whether it can be one of a run of this problem: a checksum tells damage, but not forgery.
     fn is_of(&self, problem: &Problem) -> bool {
         let count = problem.expectations.len();
@@ -157,17 +178,17 @@ fn checkpoints_in(directory: &Path) -> Vec<PathBuf> {
 
 /// The checkpoints of a run that is under way.
 #[derive(Debug)]
-pub struct Checkpoints<'a> {
-    directory: &'a Path,
+pub struct Checkpoints {
+    directory: PathBuf,
     identity: Identity,
     /// Those that this process has written, which need not be read through.
     written: Vec<PathBuf>,
 }
 
-impl<'a> Checkpoints<'a> {
+impl Checkpoints {
     /// Those of a run in its directory.
-    pub fn of(directory: &'a Path, identity: Identity) -> Self {
-        Self { directory, identity, written: Vec::new() }
+    pub fn of(directory: &Path, identity: Identity) -> Self {
+        Self { directory: directory.to_owned(), identity, written: Vec::new() }
     }
 
     /// Writes the checkpoint of the present step and removes those that are too old; the file's name.
@@ -197,7 +218,7 @@ impl<'a> Checkpoints<'a> {
     fn remove_old(&mut self) {
         let Some(last) = self.written.last().cloned() else { return };
         let mut kept = Vec::new();
-        for path in checkpoints_in(self.directory).into_iter().skip_while(|path| *path != last) {
+        for path in checkpoints_in(&self.directory).into_iter().skip_while(|path| *path != last) {
             if kept.len() == KEPT {
                 // one that cannot be removed is only one too many
                 let _ = fs::remove_file(path);
@@ -211,7 +232,7 @@ impl<'a> Checkpoints<'a> {
     /// The newest good checkpoint of this run at a step or before it; if all are later, the oldest. None if there is none.
     pub fn before(&self, step: u64) -> Option<Found> {
         let mut oldest = None;
-        for path in checkpoints_in(self.directory) {
+        for path in checkpoints_in(&self.directory) {
             let Ok((checkpoint, head)) = open(&path, &self.identity) else { continue };
             let found = Found::new(checkpoint, &path, head);
             if found.step <= step {

@@ -5,7 +5,7 @@ use estar_deck::memory;
 use estar_deck::source::TextError;
 use estar_io::WriteError;
 use estar_mesh::MeshError;
-use estar_solver::ModelError;
+use estar_solver::{LaneLevel, ModelError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -85,15 +85,42 @@ pub enum SessionError {
     /// A piece of the mesh is no mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// This machine has no such vector instructions.
+    #[error("this machine has no {} instructions", .0.name())]
+    NoLanes(LaneLevel),
+    /// The threads cannot be started.
+    #[error("cannot start the threads: {reason}")]
+    NoThreads {
+        /// Why.
+        reason: String,
+    },
     /// There is no thread to write frames by.
     #[error("no threads for the frames: {reason}")]
-    NoThreads {
+    NoFrameThreads {
         /// Why.
         reason: String,
     },
     /// The thread that writes the frames has ended without a result.
     #[error("the writer of the frames broke down")]
     FrameWriter,
+    /// The step at which to stop lies before that of the newest checkpoint.
+    #[error("step {stop}, at which to stop, lies before step {step}, from which this run would go on ({checkpoint})")]
+    StopIsOver {
+        /// The step at which to stop.
+        stop: u64,
+        /// The step of the checkpoint.
+        step: u64,
+        /// Its file name.
+        checkpoint: String,
+    },
+    /// A run under way cannot write its results any more. What was written before can be read.
+    #[error("{error}")]
+    Lost {
+        /// What cannot be written.
+        error: Box<SessionError>,
+        /// Whether there is a checkpoint to go on from.
+        has_checkpoint: bool,
+    },
 }
 
 fn no_checkpoint(directory: &Path, refusals: &[String]) -> String {

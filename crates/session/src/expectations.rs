@@ -2,7 +2,6 @@
 
 use estar_deck::Deck;
 use estar_deck::diagnostics::{Diagnostic, Diagnostics};
-use estar_deck::format::column_width;
 use estar_deck::probe::When;
 use estar_deck::units::Dimension;
 use serde::Serialize;
@@ -62,30 +61,6 @@ impl Expectation {
     }
 }
 
-/// A table of what was asked and what came out.
-pub fn table(outcomes: &[Outcome]) -> String {
-    let width = column_width(outcomes.iter().map(|outcome| outcome.probe.as_str())).max(5);
-    let mut text = format!(
-        "{:width$}  {:>12}  {:>14}  {:>14}  {:>12}  {:>9}\n",
-        "probe", "time, s", "expected", "found", "tolerance", ""
-    );
-    for outcome in outcomes {
-        let Outcome { probe, time, expected, found, tolerance, met } = outcome;
-        let deviation = if *expected == 0.0 { String::new() } else { format!(" ({} %)", deviation(*found, *expected)) };
-        let verdict = if *met { "met" } else { "MISSED" };
-        text.push_str(&format!(
-            "{probe:width$}  {time:>12.5e}  {expected:>14.6e}  {found:>14.6e}  {tolerance:>12.3e}  {verdict:>9}{deviation}\n"
-        ));
-    }
-    text
-}
-
-/// How far `found` is from `expected`, in per cent with its sign; what rounds to nothing has none.
-fn deviation(found: f64, expected: f64) -> String {
-    let text = format!("{:+.2}", 100.0 * (found / expected - 1.0));
-    if text == "-0.00" || text == "+0.00" { "0.00".to_owned() } else { text }
-}
-
 /// The expectations of a deck, in SI units and by the probes' positions.
 pub fn resolve(deck: &Deck, diagnostics: &mut Diagnostics) -> Vec<Expectation> {
     let mut expectations = Vec::new();
@@ -130,16 +105,4 @@ pub fn resolve(deck: &Deck, diagnostics: &mut Diagnostics) -> Vec<Expectation> {
         expectations.push(Expectation { probe, moment, value: value.value, tolerance: allowed });
     }
     expectations
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_deviation_that_rounds_to_nothing_has_no_sign() {
-        let found = [0.999_99, 1.0, 1.000_01, 0.9991, 1.0123, f64::NAN];
-        let texts = found.map(|found| deviation(found, 1.0));
-        assert_eq!(texts, ["0.00", "0.00", "0.00", "-0.09", "+1.23", "NaN"]);
-    }
 }

@@ -89,7 +89,7 @@ impl FrameWriter {
         // packing a frame must not crowd out the loop
         let threads = rayon::current_num_threads().div_ceil(SHARE_OF_THREADS);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|error| SessionError::NoThreads { reason: error.to_string() })?;
+        let pool = pool.map_err(|error| SessionError::NoFrameThreads { reason: error.to_string() })?;
         let (sender, orders) = channel::<Order>();
         let (give_back, returned) = channel();
         let (mesh, wanted) = (mesh.clone(), fields.to_vec());
@@ -114,7 +114,7 @@ impl FrameWriter {
             Ok(writer.frame_count())
         };
         let thread = std::thread::Builder::new().name("frames".to_owned()).spawn(write_all);
-        let thread = thread.map_err(|error| SessionError::NoThreads { reason: error.to_string() })?;
+        let thread = thread.map_err(|error| SessionError::NoFrameThreads { reason: error.to_string() })?;
         let (fields, sender, thread) = (fields.to_vec(), Some(sender), Some(thread));
         Ok(Self { fields, sender, returned, thread, written: earlier })
     }

@@ -11,10 +11,10 @@ pub mod taylor_bar;
 
 use crate::console::{print, print_json, tell};
 use crate::failure::Failure;
-use crate::run;
 use estar_deck::format::count;
 use estar_deck::model::element_name;
 use estar_material::MaterialModel;
+use estar_session::machine::machine as threads_and_lanes;
 use estar_solver::fields::ElementMeans;
 use estar_solver::model::Formulation;
 use estar_solver::{LaneLevel, Simulation};
@@ -66,10 +66,10 @@ const LARGEST_ARRAY: usize = 512 << 20;
 /// The machine lacks what is asked for, or standard output cannot be written.
 pub fn bench(options: &BenchOptions) -> Result<(), Failure> {
     for &level in &options.lanes {
-        run::machine(Some(1), Some(level))?;
+        threads_and_lanes(Some(1), Some(level))?;
     }
-    let (all_threads, _) = run::machine(options.threads, None)?;
-    let mut pools = vec![run::machine(Some(1), None)?.0];
+    let (all_threads, _) = threads_and_lanes(options.threads, None)?;
+    let mut pools = vec![threads_and_lanes(Some(1), None)?.0];
     pools.extend((all_threads.current_num_threads() > 1).then_some(all_threads));
     let report = Bench { options, pools, begun: Instant::now() }.report()?;
     if options.json {
