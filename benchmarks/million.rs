@@ -5,10 +5,7 @@
 //! update, F-bar, every field in the frames. Not measured: the disk, which frames reach on a thread of their own.
 
 use estar_session::frames::{EarlierFrames, FrameWriter};
-use estar_session::machine::machine;
-use estar_session::observer::Observer;
-use estar_session::problem::Problem;
-use estar_session::session::Session;
+use estar_session::{Observer, Problem, Session, machine};
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};

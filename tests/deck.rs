@@ -2,7 +2,7 @@
 
 use estar_deck::diagnostics::Diagnostics;
 use estar_deck::{self as deck, Reading};
-use estar_session::output::output_plan;
+use estar_session::output_plan;
 use estar_solver::model::WallShape;
 use std::path::Path;
 

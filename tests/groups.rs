@@ -1,7 +1,7 @@
 //! Goal: the name of a group in a deck stands for what its place asks for, and where it could be two things the deck is asked.
 //! Meshes: those of `crates/io/tests/corpus`.
 
-use estar_session::session::Session;
+use estar_session::Session;
 use estar_solver::LaneLevel;
 use estar_solver::model::LoadKind;
 use std::fs;

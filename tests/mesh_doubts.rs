@@ -4,7 +4,7 @@
 mod common;
 
 use common::{DECK, Workshop};
-use estar_session::session::Session;
+use estar_session::Session;
 use estar_solver::LaneLevel;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

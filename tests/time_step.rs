@@ -6,7 +6,7 @@
 //!
 //! `cargo test --release --test time_step -- --ignored --nocapture` prints figures of `docs/time-step.md`.
 
-use estar_session::session::Session;
+use estar_session::Session;
 use estar_solver::LaneLevel;
 use std::path::Path;
 

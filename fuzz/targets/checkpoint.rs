@@ -2,9 +2,7 @@
 #![no_main]
 
 use estar_fuzz::{STEPS, workshop, write};
-use estar_session::error::SessionError;
-use estar_session::machine::machine;
-use estar_session::session::{Destination, Session, Start};
+use estar_session::{Destination, Session, SessionError, Start, machine};
 use libfuzzer_sys::arbitrary::{self, Arbitrary};
 use sha2::{Digest, Sha256};
 use std::fs;

@@ -1,7 +1,7 @@
 //! Any bytes as a deck. What is not refused is set up on a mesh and makes its first steps.
 #![no_main]
 
-use estar_session::session::Session;
+use estar_session::Session;
 use estar_fuzz::{STEPS, workshop, write};
 use estar_solver::LaneLevel;
 use std::sync::LazyLock;

@@ -5,7 +5,7 @@
 use crate::failure::Failure;
 use estar_deck::diagnostics::Findings;
 use estar_io::{create_ordinary, open_or_create, steers, visible};
-use estar_session::error::SessionError;
+use estar_session::SessionError;
 use estar_session::files::LOG;
 use serde::Serialize;
 use std::fs::{File, OpenOptions};

@@ -3,7 +3,7 @@
 use estar_deck::diagnostics::Findings;
 use estar_deck::source::TextError;
 use estar_post::error::PostError;
-use estar_session::error::SessionError;
+use estar_session::SessionError;
 
 /// Why a command did not do what it was asked to.
 #[derive(Debug, thiserror::Error)]

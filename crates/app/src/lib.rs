@@ -1,20 +1,21 @@
-//! The `estar` command: decks, runs, checks, meshes. The only crate that prints, times and knows the deck.
+//! The `estar` command: the only crate that prints.
 //!
-//! `estar_deck` reads what a user wrote, `estar_session` runs it, `estar_post` shows what came of it.
+//! `estar_deck` reads what a user wrote, `estar_session` runs it, `estar_post` shows what came of it. Here are the command line, the
+//! console, and the commands beside runs: `check`, `point`, `verify`, `bench`, `mesh`, `example`.
 
 pub mod bench;
-pub mod check;
+mod check;
 pub mod cli;
-pub mod console;
-pub mod example;
+mod console;
+mod example;
 pub mod failure;
-pub mod mesh_command;
-pub mod plot_command;
+mod mesh_command;
+mod plot_command;
 pub mod point;
-pub mod progress;
-pub mod run;
-pub mod run_words;
+mod progress;
+mod run;
+mod run_words;
 pub mod shipped;
-pub mod signals;
+mod signals;
 pub mod verify;
-pub mod view;
+mod view;

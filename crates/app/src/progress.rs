@@ -2,7 +2,7 @@
 
 use crate::console::Console;
 use estar_deck::format::{duration, prefixed};
-use estar_session::progress::Progress;
+use estar_session::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};

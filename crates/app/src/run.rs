@@ -8,12 +8,10 @@ use crate::signals;
 use crate::view::Watch;
 use estar_deck::diagnostics::Findings;
 use estar_deck::format::count;
-use estar_session::directory::default_directory;
-use estar_session::error::SessionError;
-use estar_session::machine::machine;
-use estar_session::observer::{Beginning, Observer, Resumed};
-use estar_session::progress::Progress;
-use estar_session::session::{Destination, Ending, Finished, Session, Start};
+use estar_session::{
+    Beginning, Destination, Ending, Finished, Observer, Progress, Resumed, Session, SessionError, Start,
+    default_directory, machine,
+};
 use estar_solver::LaneLevel;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -4,10 +4,7 @@ use estar_deck::format::{bytes, column_width, count, duration, elements, prefixe
 use estar_deck::model::element_name;
 use estar_deck::units::Dimension;
 use estar_io::one_line;
-use estar_session::expectations::Outcome;
-use estar_session::probes::Probe;
-use estar_session::problem::Problem;
-use estar_session::summary::Summary;
+use estar_session::{Outcome, Probe, Problem, Summary};
 use estar_solver::model::TimeStep;
 use estar_solver::{LaneLevel, Simulation};
 use std::fmt::Write;

@@ -7,11 +7,11 @@ use crate::model::{
     FixTable, GravityTable, InitialVelocityTable, MeshTable, PartTable, PrescribedTable, PressureTable, RigidWallTable,
     TractionTable,
 };
+use crate::names::Materials;
 use crate::point_problem::PointProblem;
 use crate::probe::{ExpectTable, ProbeTable};
 use crate::settings::{OutputTable, TimeTable};
 use crate::tree::{self, Node};
-use crate::values::Materials;
 use estar_material::MaterialModel;
 use estar_solver::Interpolation;
 use std::path::Path;

@@ -3,11 +3,12 @@
 use crate::decoder::{At, Decoder, FromDeck};
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::macros::{deck_choice, deck_table, deck_variants};
+use crate::names::{GroupName, MaterialName, MeshFile, NewWallName, OfElements, OfFaces, OfNodes};
 use crate::schema::{Choice, Schema};
 use crate::tree::{Node, Value};
 use crate::values::{
-    Acceleration, Displacement, GroupName, Length, MaterialName, MeshFile, NewWallName, NotNegative, Number,
-    OfElements, OfFaces, OfNodes, Positive, Quantity, Rate, Stress, TimePoints, UnitVector, Vector, Velocity,
+    Acceleration, Displacement, Length, NotNegative, Number, Positive, Quantity, Rate, Stress, TimePoints, UnitVector,
+    Vector, Velocity,
 };
 use estar_material::MaterialModel;
 use estar_mesh::{Mesh, Shape};

@@ -3,10 +3,11 @@
 use crate::decoder::{At, Decoder, FromDeck};
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::macros::{deck_choice, deck_table, deck_variants};
+use crate::names::{MaterialName, Materials};
 use crate::point_column::Column;
 use crate::schema::Schema;
 use crate::tree::{Node, Value};
-use crate::values::{Count, MaterialName, Materials, NEGLIGIBLE, Number, Quantity, Time, TimePoints, begins_with};
+use crate::values::{Count, NEGLIGIBLE, Number, Quantity, Time, TimePoints, begins_with};
 use estar_material::point::StretchMeasure;
 use estar_material::{MaterialModel, ObjectiveRate};
 use estar_tensor::Tensor;

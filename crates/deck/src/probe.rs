@@ -3,12 +3,11 @@
 use crate::decoder::{At, Decoder, FromDeck};
 use crate::fields::{Component, ProbeField};
 use crate::macros::{deck_choice, deck_table, deck_variants};
+use crate::names::{GroupName, NewProbeName, OfNodes, ProbeName, WallName};
 use crate::schema::{Choice, Schema};
 use crate::tree::{Node, Value};
 use crate::units::Dimension;
-use crate::values::{
-    AnyQuantity, Count, GroupName, Length, NewProbeName, OfNodes, ProbeName, Quantity, Time, Vector, WallName,
-};
+use crate::values::{AnyQuantity, Count, Length, Quantity, Time, Vector};
 use estar_solver::model::Direction;
 
 deck_table! {

@@ -3,7 +3,7 @@
 use estar_deck::Deck;
 use estar_deck::diagnostics::{Diagnostic, Diagnostics, Span};
 use estar_deck::model::PrescribedTable;
-use estar_deck::values::{GroupName, OfNodes};
+use estar_deck::names::{GroupName, OfNodes};
 use estar_mesh::Mesh;
 use estar_solver::Curve;
 use estar_solver::model::{Direction, Part, Quantity};

@@ -84,11 +84,6 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// A schedule whose first turn, at time 0, is over.
-    pub fn new(interval: Interval) -> Self {
-        Self { interval, passed: 0 }
-    }
-
     /// The schedule when so many multiples of the interval have passed.
     pub fn after(interval: Interval, passed: u64) -> Self {
         Self { interval, passed }
@@ -118,10 +113,10 @@ mod tests {
 
     #[test]
     fn schedule_is_due_once_at_or_after_each_multiple() {
-        let mut schedule = Schedule::new(Interval::Time(1.0));
+        let mut schedule = Schedule::after(Interval::Time(1.0), 0);
         let due: Vec<bool> = [0.4, 0.9, 1.0, 1.5, 3.7, 3.9, 4.1].iter().map(|t| schedule.is_due(*t, 0)).collect();
         assert_eq!(due, [false, false, true, false, true, false, true]);
-        let mut schedule = Schedule::new(Interval::Steps(3));
+        let mut schedule = Schedule::after(Interval::Steps(3), 0);
         let due: Vec<bool> = (1..8).map(|step| schedule.is_due(0.0, step)).collect();
         assert_eq!(due, [false, false, true, false, false, true, false]);
     }
@@ -139,7 +134,7 @@ mod tests {
             (Interval::Steps(1), steps),
             (Interval::Steps(u64::MAX), 0),
         ] {
-            let mut schedule = Schedule::new(interval);
+            let mut schedule = Schedule::after(interval, 0);
             let mut due = 0;
             for step in 1..=steps {
                 // a run that goes on in the middle

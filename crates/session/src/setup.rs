@@ -18,8 +18,9 @@ use estar_deck::diagnostics::{Diagnostic, Diagnostics, Findings, Span, listed, n
 use estar_deck::fields::Field;
 use estar_deck::format::{hex, short};
 use estar_deck::memory;
+use estar_deck::names::{GroupName, OfFaces, OfNodes};
 use estar_deck::source::read_text;
-use estar_deck::values::{GroupName, Length, OfFaces, OfNodes, Positive, Quantity};
+use estar_deck::values::{Length, Positive, Quantity};
 use estar_deck::{self as deck, Deck, Reading};
 use estar_io::MeshFile;
 use estar_material::MaterialModel;

@@ -86,7 +86,34 @@ pub fn of_simulation(
     simulation: &Simulation,
     jacobians: &[(u64, f64)],
 ) -> Told {
-    let (what, element, help) = match error {
+    let (what, element, help) = explained(error, problem, simulation);
+    let first = match error {
+        SimulationError::ElementInverted { element, .. }
+        | SimulationError::Standstill { element, .. }
+        | SimulationError::TimeStepTooSmall { element, .. } => other_element(*element, problem),
+        SimulationError::EnergyError { error, .. } if !error.is_nan() => judgement::energy_advice(problem) + "; ",
+        _ => String::new(),
+    };
+    let mut text = format!("error: {what} at step {}, t = {:.6e} s", simulation.step(), simulation.time());
+    if let Some(element) = element {
+        text.push_str(&format!("\n  {}", whereabouts(element, problem, simulation)));
+    }
+    let numbers = jacobians.iter().filter(|(_, value)| value.is_finite());
+    let history: Vec<String> = numbers.map(|(step, value)| format!("{} at step {step}", short(*value))).collect();
+    text.push_str(&format!(
+        "\n  smallest Jacobian of all elements in the last rows of the history: {}",
+        history.join(", ")
+    ));
+    Told { what: text, help: format!("help: what usually helps: {first}{help}") }
+}
+
+/// What went wrong, in which element, and what usually helps.
+fn explained(
+    error: &SimulationError,
+    problem: &Problem,
+    simulation: &Simulation,
+) -> (String, Option<u32>, &'static str) {
+    match error {
         SimulationError::ElementInverted { element, jacobian, .. } => (
             format!("element {} inverted (smallest Jacobian {jacobian:.4e})", label(*element, problem)),
             Some(*element),
@@ -155,25 +182,7 @@ pub fn of_simulation(
             None,
             "[time] energy_error_limit sets the limit",
         ),
-    };
-    let first = match error {
-        SimulationError::ElementInverted { element, .. }
-        | SimulationError::Standstill { element, .. }
-        | SimulationError::TimeStepTooSmall { element, .. } => other_element(*element, problem),
-        SimulationError::EnergyError { error, .. } if !error.is_nan() => judgement::energy_advice(problem) + "; ",
-        _ => String::new(),
-    };
-    let mut text = format!("error: {what} at step {}, t = {:.6e} s", simulation.step(), simulation.time());
-    if let Some(element) = element {
-        text.push_str(&format!("\n  {}", whereabouts(element, problem, simulation)));
     }
-    let numbers = jacobians.iter().filter(|(_, value)| value.is_finite());
-    let history: Vec<String> = numbers.map(|(step, value)| format!("{} at step {step}", short(*value))).collect();
-    text.push_str(&format!(
-        "\n  smallest Jacobian of all elements in the last rows of the history: {}",
-        history.join(", ")
-    ));
-    Told { what: text, help: format!("help: what usually helps: {first}{help}") }
 }
 
 /// The element that held where those of the part turn inside out, if there is one.

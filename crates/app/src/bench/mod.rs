@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use estar_deck::format::count;
 use estar_deck::model::element_name;
 use estar_material::MaterialModel;
-use estar_session::machine::machine as threads_and_lanes;
+use estar_session::machine as threads_and_lanes;
 use estar_solver::fields::ElementMeans;
 use estar_solver::model::Formulation;
 use estar_solver::{LaneLevel, Simulation};

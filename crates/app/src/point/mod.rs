@@ -16,7 +16,7 @@ use estar_deck::{self as deck, Reading};
 use estar_io::{AtomicFile, Value, one_line, write_atomically};
 use estar_material::{Consistency, MaterialModel};
 use estar_post::sheets;
-use estar_session::directory::default_directory;
+use estar_session::default_directory;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
