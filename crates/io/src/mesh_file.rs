@@ -3,22 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use estar_mesh::Mesh;
-
 use crate::error::{Place, Problem, ReadError};
 use crate::file::read_ordinary;
+use crate::mesh_content::MeshFile;
 use crate::{abaqus, gmsh, other_format, vtk};
-
-/// A mesh and what its file said beside it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeshFile {
-    /// The mesh, with the file's own node and element numbers.
-    pub mesh: Mesh,
-    /// The format, as "Gmsh 4.1, binary".
-    pub format: String,
-    /// What was passed over, in words for the user.
-    pub warnings: Vec<String>,
-}
 
 /// Reads a mesh: Gmsh 4.1, 4.0 or 2.2, ASCII or binary, Abaqus, or VTK (`.vtu`, `.vtk`). The content says which it is, not the file's name.
 ///

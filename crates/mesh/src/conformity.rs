@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use crate::body::DisjointSets;
 use crate::point_tree::PointTree;
+use crate::points::{difference, distance};
 use crate::quality::volume;
 use crate::{Connectivity, ElementLabel, Face, Mesh, NodeLabel, OuterFace};
 
@@ -421,14 +422,6 @@ fn is_on(point: &[f64; 3], corners: &[[f64; 3]], reach: f64) -> bool {
 fn ascending<T: Ord, const N: usize>(mut values: [T; N]) -> [T; N] {
     values.sort_unstable();
     values
-}
-
-pub(crate) fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    difference(a, b).norm()
-}
-
-pub(crate) fn difference(a: &[f64; 3], b: &[f64; 3]) -> Vector3<f64> {
-    Vector3::from(*a) - Vector3::from(*b)
 }
 
 #[cfg(test)]

@@ -28,6 +28,7 @@ mod merge;
 mod mesh;
 mod order;
 mod point_tree;
+mod points;
 pub mod quality;
 mod shape;
 

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::body::DisjointSets;
-use crate::conformity::distance;
 use crate::mesh::Parts;
 use crate::point_tree::PointTree;
+use crate::points::distance;
 use crate::{ElementLabel, Group, Mesh, NodeLabel};
 
 /// More nodes than this within the tolerance of one are no nodes at one place.

@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::conformity::difference;
 use crate::hex::CORNER_SIGNS;
+use crate::points::difference;
 use crate::{ElementLabel, MOST_NODES, Mesh, NodeLabel, Shape};
 
 /// A corner counts as inverted below this scaled Jacobian: a flat corner (180°) is poor, not inverted, and its value
