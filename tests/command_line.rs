@@ -599,6 +599,18 @@ fn check_says_what_a_run_would_be() {
     assert_eq!(findings.len(), 2);
     assert_eq!(findings[0]["file"], "--set time.end='1 mm'");
     assert_eq!((&findings[0]["line"], &findings[0]["column"]), (&1.into(), &10.into()));
+
+    // what is found only when the state at time 0 is known has its place, too
+    let jump = "[[prescribed]]\ngroup = \"x_max\"\ndirection = \"y\"\nquantity = \"displacement\"\ncurve = [[0, 0], [1e-9, 0.1]]\n";
+    workshop.write("jump.toml", &format!("{DECK}{jump}"));
+    let said = workshop.estar(&["check", "jump.toml", "--json"]);
+    said.assert(2, &[]);
+    let report: serde_json::Value = serde_json::from_str(&said.text).unwrap();
+    let findings = report["findings"].as_array().unwrap();
+    let message = findings[0]["message"].as_str().unwrap();
+    assert!(findings.len() == 1 && message.starts_with("the prescribed displacement jumps by"), "{findings:?}");
+    let line = DECK.lines().count() + 1;
+    assert_eq!((&findings[0]["file"], &findings[0]["line"]), (&"jump.toml".into(), &line.into()));
 }
 
 #[test]
