@@ -195,7 +195,7 @@ impl<M: Measure> FromDeck for Quantity<M> {
 }
 
 /// Reports a unit of the wrong dimension.
-pub fn wrong_dimension(span: Span, given: Dimension, wanted: Dimension, decoder: &mut Decoder) {
+fn wrong_dimension(span: Span, given: Dimension, wanted: Dimension, decoder: &mut Decoder) {
     let message = format!("`{}` must be {wanted}, not {given}", decoder.place());
     let label = format!("its unit is that of {given}");
     let help = format!("{wanted} is {}", as_written(wanted));

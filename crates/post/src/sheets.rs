@@ -7,7 +7,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Most panels of a sheet: more curves than most runs have, and 45 MB of pixels.
-pub const MOST_PANELS: usize = 20;
+const MOST_PANELS: usize = 20;
 /// Pixels of a picture per unit of the drawing: sharp on paper at the width of a page.
 const PIXELS_PER_UNIT: f64 = 2.0;
 

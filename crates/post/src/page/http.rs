@@ -59,7 +59,7 @@ pub struct Response {
 }
 
 /// Media type of words.
-pub const TEXT: &str = "text/plain; charset=utf-8";
+const TEXT: &str = "text/plain; charset=utf-8";
 
 impl Response {
     /// What was asked for.
