@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// Lines of a file without its tests.
 const MOST_LINES: usize = 600;
 
-/// Files that are longer, with the lines that they may have: they may only become shorter.
+/// Files that are longer, with the lines that they may have. The list may only become shorter, and its numbers smaller.
 const LONG: &[(&str, usize)] = &[
     ("element/src/hex8_one_point.rs", 618),
     ("material/src/plastic_metric.rs", 618),
@@ -291,10 +291,10 @@ fn files_are_short_enough_to_be_read_in_one_sitting() {
         for (place, text) in texts {
             let (place, lines) = (format!("{}/src/{place}", name(&folder)), text.lines().count());
             let most = known.remove(place.as_str()).unwrap_or(MOST_LINES);
-            // a file that has become shorter is to stay so
-            if lines > most || (most > MOST_LINES && lines < most) {
-                too_long.push(format!("{place} has {lines} lines, where {most} are known"));
+            if lines > most {
+                too_long.push(format!("{place} has {lines} lines, where {most} are allowed"));
             }
+            assert!(most == MOST_LINES || lines > MOST_LINES, "{place} is short now: take it out of the list");
         }
     }
     assert!(too_long.is_empty(), "{too_long:#?}");
