@@ -120,7 +120,8 @@ impl Session {
         Snapshot::new(&self.problem.mesh, &self.simulation)
     }
 
-    /// Writes the results into a directory from now on, or goes on there from the newest checkpoint.
+    /// Writes the results into a directory from now on, or goes on there from the newest checkpoint. Its place is before the first
+    /// step: rows and expectations of steps that have been made are not taken over.
     ///
     /// # Errors
     /// The directory is another run's, holds results that are in the way or none to go on from, or cannot be written to.
