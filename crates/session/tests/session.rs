@@ -161,12 +161,15 @@ fn the_fields_are_those_of_the_present_step() {
     let mut session = load(folder.path(), &mut ()).unwrap();
     let height = |session: &Session| session.problem().probes[0].value(&session.fields());
     let first = height(&session);
-    while session.simulation().time() < 1e-4 {
+    assert!((first - 1e-3).abs() < 1e-15, "{first}");
+    // a wave, at some 37 m/s, is on its way to the middle of the body
+    while session.simulation().time() < 5e-6 {
         assert!(session.advance(&mut ()).unwrap().is_none());
     }
-    assert!((first - 1e-3).abs() < 1e-12 && height(&session) < 0.99 * first, "{first} {}", height(&session));
-    let centre = session.fields().position(0);
-    assert!(centre.iter().all(|place| place.is_finite()));
+    // the foot stands, the head has not heard of it: h = h_0 − v t
+    let fallen = session.simulation().time() * 1.0;
+    let shorter = first - height(&session);
+    assert!((shorter / fallen - 1.0).abs() < 0.01, "{shorter} {fallen}");
 }
 
 #[test]
