@@ -359,9 +359,10 @@ fn is_in(expected: &str, printed: &str) -> bool {
     })
 }
 
-/// Runs the lines of all pages.
+/// Runs the lines of all pages. All lines that were not printed are told together, at the end.
 fn follow_the_pages(is_short: bool) {
     let mut not_run = BTreeSet::new();
+    let mut missing = String::new();
     for page in pages() {
         let mut place = Place::new(is_short);
         // what the lines since the last heading printed, if they were all run as they stand there
@@ -390,9 +391,13 @@ fn follow_the_pages(is_short: bool) {
                 }
                 Piece::Block { language, line, text } if language == "text" => {
                     let Some(printed) = &printed else { continue };
-                    let mut expected = text.lines().enumerate().filter(|(_, line)| !["", "…"].contains(&line.trim()));
-                    if let Some((number, expected)) = expected.find(|(_, expected)| !is_in(expected, printed)) {
-                        panic!("{page}:{}: not printed: {expected}\nbut\n{printed}", line + 1 + number);
+                    let expected = text.lines().enumerate().filter(|(_, line)| !["", "…"].contains(&line.trim()));
+                    let before = missing.len();
+                    for (number, expected) in expected.filter(|(_, expected)| !is_in(expected, printed)) {
+                        missing += &format!("{page}:{}: not printed: {expected}\n", line + 1 + number);
+                    }
+                    if missing.len() > before {
+                        missing += &format!("but\n{printed}\n");
                     }
                 }
                 Piece::Block { line, text, .. } => write_or_compare(&place, &page, line, &text),
@@ -403,6 +408,7 @@ fn follow_the_pages(is_short: bool) {
         }
     }
     not_run.iter().for_each(|line| eprintln!("not run: {line}"));
+    assert!(missing.is_empty(), "{missing}");
 }
 
 /// A block that begins with the name of a file: an excerpt of that of the checkout, or to be written.
