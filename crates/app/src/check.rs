@@ -1,9 +1,9 @@
 //! `estar check`: a dry run that says what a run would be and would cost.
 
-use crate::console::{print, print_json, tell_findings};
+use crate::console::{print, print_json, rendered, tell_findings, tell_rendered};
 use crate::failure::Failure;
 use crate::run_words::announcement;
-use estar_deck::diagnostics::Finding;
+use estar_deck::diagnostics::{Finding, Findings, Rendered};
 use estar_deck::fields::Field;
 use estar_deck::format::{bytes, count, duration, prefixed};
 use estar_deck::history_column::COLUMNS;
@@ -104,12 +104,16 @@ struct Controlling {
 pub fn check(options: &CheckOptions) -> Result<(), Failure> {
     let (pool, lanes) = machine(options.threads, options.lanes)?;
     pool.install(|| {
-        let mut memory = MemoryLeft(None);
-        match Session::load(&options.deck, &options.overrides, lanes, &mut memory) {
-            Ok(mut session) => report(&mut session, memory, options, lanes),
+        let mut noted = Noted { memory_left: None, doubts: Vec::new(), doubts_in_words: None };
+        match Session::load(&options.deck, &options.overrides, lanes, &mut noted) {
+            Ok(mut session) => report(&mut session, noted.memory_left, options, lanes),
             Err(error) => {
+                // what was doubted of the input is often why the solver refuses it
                 if options.json {
-                    print_json(&Report { findings: findings_of(&error), ..Report::default() })?;
+                    let findings = noted.doubts.into_iter().chain(findings_of(&error)).collect();
+                    print_json(&Report { findings, ..Report::default() })?;
+                } else if let Some(doubts) = &noted.doubts_in_words {
+                    tell_rendered(doubts);
                 }
                 Err(error.into())
             }
@@ -117,12 +121,24 @@ pub fn check(options: &CheckOptions) -> Result<(), Failure> {
     })
 }
 
-/// The memory (bytes) that is left for the state of a problem.
-struct MemoryLeft(Option<u64>);
+/// What is noted while a problem is loaded.
+struct Noted {
+    /// The memory (bytes) that is left for its state.
+    memory_left: Option<u64>,
+    /// What is doubted of deck and mesh.
+    doubts: Vec<Finding>,
+    /// The same as it is told.
+    doubts_in_words: Option<Rendered>,
+}
 
-impl Observer for MemoryLeft {
+impl Observer for Noted {
     fn loaded(&mut self, _problem: &Problem) {
-        self.0 = memory::available();
+        self.memory_left = memory::available();
+    }
+
+    fn findings(&mut self, findings: &Findings) {
+        self.doubts = findings.data();
+        self.doubts_in_words = Some(rendered(findings));
     }
 }
 
@@ -134,9 +150,14 @@ fn findings_of(error: &SessionError) -> Vec<Finding> {
     }
 }
 
-fn report(session: &mut Session, memory: MemoryLeft, options: &CheckOptions, lanes: LaneLevel) -> Result<(), Failure> {
+fn report(
+    session: &mut Session,
+    memory_left: Option<u64>,
+    options: &CheckOptions,
+    lanes: LaneLevel,
+) -> Result<(), Failure> {
     let introduction = announcement(session.problem(), session.simulation(), rayon::current_num_threads(), lanes);
-    let forecast = forecast(session, memory, lanes);
+    let forecast = forecast(session, memory_left, lanes);
     let problem = session.problem();
     if options.json {
         let report = Report { is_good: true, findings: problem.findings.data(), forecast: Some(forecast) };
@@ -147,7 +168,7 @@ fn report(session: &mut Session, memory: MemoryLeft, options: &CheckOptions, lan
 }
 
 /// What a run would be; steps are made to time them.
-fn forecast(session: &mut Session, MemoryLeft(memory_left): MemoryLeft, lanes: LaneLevel) -> Forecast {
+fn forecast(session: &mut Session, memory_left: Option<u64>, lanes: LaneLevel) -> Forecast {
     let power = session.simulation_mut().global_time_step();
     let simulation = session.simulation();
     let initial_time_step = simulation.time_step();

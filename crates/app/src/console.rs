@@ -3,7 +3,7 @@
 //! All of it goes through [`visible`]: text of files and of command lines does not steer the terminal that shows it.
 
 use crate::failure::Failure;
-use estar_deck::diagnostics::Findings;
+use estar_deck::diagnostics::{Findings, Rendered};
 use estar_io::{create_ordinary, open_or_create, steers, visible};
 use estar_session::SessionError;
 use estar_session::files::LOG;
@@ -54,7 +54,17 @@ pub fn tell(text: &str) {
 
 /// Prints findings to standard error, coloured where it is a terminal, if that can be.
 pub fn tell_findings(findings: &Findings) {
-    let _ = write!(std::io::stderr().lock(), "{}", findings.render(is_coloured()));
+    tell_rendered(&rendered(findings));
+}
+
+/// Findings as they are told, coloured where standard error is a terminal.
+pub fn rendered(findings: &Findings) -> Rendered {
+    findings.render(is_coloured())
+}
+
+/// Prints what [`rendered`] gave to standard error, if that can be.
+pub fn tell_rendered(findings: &Rendered) {
+    let _ = write!(std::io::stderr().lock(), "{findings}");
 }
 
 /// Tells why a command did not do what it was asked to.

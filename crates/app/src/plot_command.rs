@@ -1,6 +1,6 @@
 //! `estar plot`: curves and pictures of a run, without a display.
 
-use crate::console::print;
+use crate::console::{print, tell};
 use crate::failure::Failure;
 use clap::Args;
 use estar_deck::fields;
@@ -128,6 +128,9 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), Failure> {
     };
 
     let series = Series::of(&arguments.directory)?;
+    if !arguments.mirror.is_empty() {
+        warn_of_cut_bodies(arguments, &series.at(arguments.time)?)?;
+    }
     if arguments.animate {
         write("animation.png", &animation(arguments, &series)?)?;
     } else {
@@ -154,10 +157,28 @@ fn too_large() -> Failure {
 }
 
 /// The surface with the field that is asked for.
-fn surface(arguments: &PlotArguments, frame: &FrameContent) -> Result<Surface, Failure> {
+fn surface_without_images(arguments: &PlotArguments, frame: &FrameContent) -> Result<Surface, Failure> {
     let part = part(arguments, frame)?;
-    let surface = Surface::of(frame, &arguments.field, part).ok_or_else(|| no_field(arguments, frame))?;
+    Surface::of(frame, &arguments.field, part).ok_or_else(|| no_field(arguments, frame))
+}
+
+/// The same with the mirror images that are asked for.
+fn surface(arguments: &PlotArguments, frame: &FrameContent) -> Result<Surface, Failure> {
+    let surface = surface_without_images(arguments, frame)?;
     Ok(arguments.mirror.iter().fold(surface, |surface, axis| surface.mirrored(*axis)))
+}
+
+/// Says which planes of `--mirror` cut the body, whose image then lies within it.
+fn warn_of_cut_bodies(arguments: &PlotArguments, frame: &FrameContent) -> Result<(), Failure> {
+    let surface = surface_without_images(arguments, frame)?;
+    for axis in arguments.mirror.iter().filter(|axis| surface.is_cut_by(**axis)) {
+        let name = ["x", "y", "z"][*axis];
+        tell(&format!(
+            "warning: the body lies on both sides of the plane {name} = 0, and its mirror image is drawn within it\n\
+             help: --mirror is for a body that ends at a plane of symmetry"
+        ));
+    }
+    Ok(())
 }
 
 fn no_field(arguments: &PlotArguments, frame: &FrameContent) -> Failure {

@@ -74,7 +74,7 @@ pub fn doubts(mesh: &Mesh, bodies: &Bodies<'_>, model: &Model) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     if count > 1 {
         let message = format!(
-            "the mesh has {count} bodies that share no nodes, and bodies of elements do not touch each other: where they meet they pass \
+            "the mesh has {count} bodies that share no nodes, and bodies of elements do not touch each other: should they meet, they pass \
              through each other without any force"
         );
         let all: Vec<usize> = (0..count).collect();

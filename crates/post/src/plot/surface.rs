@@ -225,6 +225,13 @@ impl Surface {
         Some(surface)
     }
 
+    /// Whether the body lies on both sides of the plane where a coordinate is zero, by more than a thousandth of its size.
+    pub fn is_cut_by(&self, axis: usize) -> bool {
+        let places = || self.vertices.iter().map(|vertex| vertex[axis]);
+        let (low, high) = (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
+        (-low).min(high) > 1e-3 * (high - low)
+    }
+
     /// The body with its mirror image in the plane where a coordinate is zero; what lies in the plane is inside then. A value that
     /// becomes its negative in the mirror does so in the image.
     pub fn mirrored(mut self, axis: usize) -> Self {
@@ -344,6 +351,14 @@ mod tests {
         let along = Surface::of(&frame, "velocity", Part::Component(2)).unwrap();
         assert_eq!(along.range(), Some([4.0, 4.0]));
         assert!(Surface::of(&frame, "heat", Part::Magnitude).is_none());
+    }
+
+    #[test]
+    fn a_plane_cuts_the_body_that_lies_on_both_sides_of_it() {
+        let mut surface = Surface::of(&two_cubes(), "plastic", Part::Magnitude).unwrap();
+        assert!(!surface.is_cut_by(0));
+        surface.vertices.iter_mut().for_each(|vertex| vertex[0] -= 0.5);
+        assert_eq!([0, 1, 2].map(|axis| surface.is_cut_by(axis)), [true, false, false]);
     }
 
     #[test]
