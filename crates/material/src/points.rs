@@ -345,21 +345,23 @@ impl<M: Material, R: Real, const POINTS: usize> Kernel for Update<'_, M, R, POIN
             if let Some((states, _)) = upcoming {
                 prefetch(&states[point]);
             }
-            let rotation_old = rotations[point];
             rotations_new.push(if turns_points {
-                Rotation::nearest(&motions[point].scaled_gradient, rotation_old)
+                Rotation::nearest(&motions[point].scaled_gradient, rotations[point])
             } else {
-                rotation_old
+                Rotation::identity()
             });
         }
 
         // (ii) the motion that the material sees
         let mut seen = ArrayVec::<M::Motion<R>, POINTS>::new();
         for point in 0..POINTS {
-            if let Some((_, rotations)) = upcoming {
-                prefetch(&rotations[point]);
+            let (mut rotation_old, rotation_new) = (Rotation::identity(), rotations_new[point]);
+            if turns_points {
+                if let Some((_, rotations)) = upcoming {
+                    prefetch(&rotations[point]);
+                }
+                rotation_old = std::mem::replace(&mut rotations[point], rotation_new);
             }
-            let (rotation_old, rotation_new) = (rotations[point], rotations_new[point]);
             seen.push(M::Motion::new(&StepKinematics {
                 incremental_displacement_gradient: motions[point].incremental_displacement_gradient,
                 deformation_gradient: motions[point].deformation_gradient,
@@ -369,7 +371,6 @@ impl<M: Material, R: Real, const POINTS: usize> Kernel for Update<'_, M, R, POIN
             if *tells_flow {
                 turns[point] = [rotation_old, rotation_new];
             }
-            rotations[point] = rotation_new;
         }
 
         // (iii) history, ∫ T : D dV over the step on the mid-step volume, and T
