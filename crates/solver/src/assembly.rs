@@ -1,6 +1,9 @@
 //! Ordered assembly: each patch of elements sums the forces on its nodes in rows of its own, and each node sums its rows
 //! in one fixed order. No two threads write to one place, and the sum does not depend on who computed what.
 
+/// Nodes that one thread takes at a time; sums over nodes are formed within such a chunk first.
+pub(crate) const CHUNK: usize = 1024;
+
 /// Where a node finds the forces of the patches that touch it.
 #[derive(Clone, Debug)]
 pub(crate) struct RowLists {

@@ -1,17 +1,16 @@
 //! The time loop: explicit central differences with half-step velocities and a variable step.
 
-use crate::block::{BlockReport, NodalMotion, StepLimits};
+use crate::assembly::CHUNK;
+use crate::block::{BlockReport, StepLimits};
 use crate::energy::Passage;
 use crate::error::SimulationError;
 use crate::kick::{Kick, NodeSums, Place};
+use crate::patch_rows::NodalMotion;
 use crate::simulation::Simulation;
 use crate::sums::up_the_tree;
 use crate::wall_contact::Behind;
 use estar_element::element::ElementStep;
 use rayon::prelude::*;
-
-/// Nodes that one thread takes at a time; sums over nodes are formed within such a chunk first.
-pub(crate) const CHUNK: usize = 1024;
 
 /// Share of the time from which kinetic energy is judged: at the beginning of a process that is driven all
 /// energy is kinetic.

@@ -1,6 +1,7 @@
 //! Fields over nodes and elements: what frames and probes see of a state. Each is written to a slice that the caller keeps,
 //! by all threads of the pool.
 
+pub use crate::block::ElementMeans;
 use crate::patch::PATCH;
 use crate::simulation::Simulation;
 use estar_element::{hex8, tet4, tet10};
@@ -48,21 +49,6 @@ impl Simulation {
             });
         }
     }
-}
-
-/// Fields over all elements that are to be filled with means over the quadrature points; none is a field not wanted.
-#[derive(Debug, Default)]
-pub struct ElementMeans<'a> {
-    /// Cauchy stress with the components xx, yy, zz, xy, yz, xz, Pa; in four-node tets with the mean stress of the neighbourhood,
-    /// which acts.
-    pub cauchy_stress: Option<&'a mut [[f64; 6]]>,
-    /// Equivalent plastic strain ε̄ᵖ.
-    pub equivalent_plastic_strain: Option<&'a mut [f64]>,
-    /// Temperature, K; not a number in an element whose material has none.
-    pub temperature: Option<&'a mut [f64]>,
-    /// Volume ratio of the neighbourhood of each four-node tet, which is what its material sees; nothing is written for other
-    /// elements, see [`volume_ratio`].
-    pub volume_ratio: Option<&'a mut [f64]>,
 }
 
 /// The piece of a field over all elements that holds each chunk of a block, whose members ascend; none of no field.

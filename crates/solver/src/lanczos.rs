@@ -4,22 +4,20 @@
 //! [`Element::linear_forces`](estar_element::element::Element::linear_forces); it is never written down. Sums are formed in chunks of
 //! nodes, so that the bits are the same for any number of threads.
 
-use crate::assembly::RowLists;
-use crate::block::NodalMotion;
-use crate::central_difference::CHUNK;
+use crate::assembly::{CHUNK, RowLists};
+use crate::block::Block;
 use crate::constraints::dot;
-use crate::simulation::{Block, Simulation};
-use estar_element::element::ElementStep;
+use crate::patch_rows::NodalMotion;
 use rayon::prelude::*;
 
 /// M and K of a body.
 pub(crate) struct Operator<'a> {
     /// Lumped mass of each node, kg.
     pub mass: &'a [f64],
-    motion: NodalMotion<'a>,
-    blocks: &'a [Block],
-    rows: &'a mut [[f64; 4]],
-    row_lists: &'a RowLists,
+    pub motion: NodalMotion<'a>,
+    pub blocks: &'a [Block],
+    pub rows: &'a mut [[f64; 4]],
+    pub row_lists: &'a RowLists,
 }
 
 impl Operator<'_> {
@@ -32,21 +30,6 @@ impl Operator<'_> {
             rest = others;
             block.elements.apply_tangents(motion, own);
         }
-    }
-}
-
-impl Simulation {
-    /// M and K + 2C/Δt at t_n, with the damping of the step. The rows of the patches serve as rows of the operator, and hold no forces
-    /// afterwards.
-    pub(crate) fn linear_operator(&mut self, step: &ElementStep) -> Operator<'_> {
-        let nodes = &self.nodes;
-        let reference = self.mesh.coordinates();
-        let motion = NodalMotion { reference, displacement: &nodes.displacement, velocity: &nodes.velocity };
-        for block in &mut self.blocks {
-            block.elements.find_tangents(motion, step);
-        }
-        let (blocks, rows, row_lists) = (&self.blocks, &mut self.patch_forces, &self.row_lists);
-        Operator { mass: &nodes.mass, motion, blocks, rows, row_lists }
     }
 }
 

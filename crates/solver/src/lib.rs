@@ -23,6 +23,7 @@ mod patch;
 mod patch_rows;
 mod rigid_wall;
 mod simulation;
+mod spectrum;
 mod state;
 mod sums;
 mod traffic;

@@ -5,6 +5,8 @@
 //! what. With elements in an order that keeps neighbours together a patch has little more than a node an element, so that
 //! its rows stay in the nearest cache while they are summed.
 
+/// No number has more lanes.
+pub(crate) const MOST_LANES: usize = 8;
 /// Elements of a patch, but for the last of a block; a multiple of every number of lanes. Sums of energies are formed
 /// within a patch first as well.
 pub(crate) const PATCH: usize = 512;

@@ -1,10 +1,20 @@
 //! What the elements of a patch read of its nodes, side by side: each node of a patch comes from memory once a sweep, whatever the
 //! number of its elements, and is then found in the nearest caches by its place in the patch.
 
-use crate::block::NodalMotion;
 use estar_element::element::ElementMotion;
 use estar_tensor::{Real, Vector3, prefetch};
 use std::cell::RefCell;
+
+/// Where the nodes are and how they move; each a vector per node.
+#[derive(Clone, Copy)]
+pub(crate) struct NodalMotion<'a> {
+    /// X, m.
+    pub reference: &'a [[f64; 3]],
+    /// u_{n+1}, m.
+    pub displacement: &'a [[f64; 3]],
+    /// v_{n+½}, m/s.
+    pub velocity: &'a [[f64; 3]],
+}
 
 /// Nodes are fetched this many nodes before their turn.
 const NODES_AHEAD: usize = 16;

@@ -1,8 +1,7 @@
 //! A simulation: the state of a body in motion, made from a model and a mesh.
 
-use crate::assembly::RowLists;
-use crate::block::{Behaviour, BlockReport, ElementBlock, Extreme, NodalAverages, block, corner_nodes};
-use crate::central_difference::CHUNK;
+use crate::assembly::{CHUNK, RowLists};
+use crate::block::{Behaviour, Block, BlockReport, Extreme, NodalAverages, block, corner_nodes};
 use crate::constraints::Constraints;
 use crate::energy::{CentredWork, Energies};
 use crate::error::ModelError;
@@ -92,19 +91,6 @@ pub(crate) struct Nodes {
     pub reaction: Vec<[f64; 3]>,
     /// Lumped mass, kg.
     pub mass: Vec<f64>,
-}
-
-/// A block of elements.
-pub(crate) struct Block {
-    pub elements: Box<dyn ElementBlock>,
-    /// Smallest det F of its elements.
-    pub min_jacobian: Extreme,
-    /// Stress power of its elements so far, of those that are deleted too, J.
-    pub internal_energy: f64,
-    /// Work against their hourglass control, J.
-    pub hourglass_energy: f64,
-    /// Its elements that have been deleted.
-    pub deleted_count: u64,
 }
 
 /// Extremes over the elements at one time.

@@ -2,12 +2,12 @@
 //! [`tet4`]), however the material is cut into parts. As with forces, each patch sums in rows of its own and each node sums its
 //! rows in one order.
 
+use super::averages_task::Task;
 use super::deletion::Life;
-use super::{MOST_LANES, NodalMotion};
+use super::element_block::Block;
 use crate::assembly::RowLists;
-use crate::patch::{PATCH, Patches};
-use crate::patch_rows::PatchRows;
-use crate::simulation::Block;
+use crate::patch::{MOST_LANES, PATCH, Patches};
+use crate::patch_rows::{NodalMotion, PatchRows};
 use estar_element::element::{ElementHistory, ElementMotion, Neighbourhood, OwnHistory};
 use estar_element::tet4::{self, NODES, mean_stress_forces, volumes};
 use estar_material::MaterialModel;
@@ -53,19 +53,6 @@ impl<'a, Own, R: Real> Packs<'a, Own, R> {
     ) -> Self {
         Self { patches, history, lives, element_count }
     }
-}
-
-/// What is done with every element.
-#[derive(Clone, Copy)]
-pub(crate) enum Task {
-    /// Adds V, v, v at mid-step and its change to the rows.
-    AddVolumes { time_step: f64 },
-    /// Takes J̄ and Δt θ̄ from the averages of the nodes.
-    TakeVolumes,
-    /// Adds v σ and v to the rows.
-    AddStresses,
-    /// Takes σ̄ from the averages of the nodes and its forces from the rows.
-    TakeStresses,
 }
 
 impl NodalAverages {

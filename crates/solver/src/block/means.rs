@@ -1,7 +1,7 @@
 //! Means over the points of elements, as a user sees them.
 
-use super::MOST_LANES;
-use crate::fields::ElementMeans;
+use super::element_block::ElementMeans;
+use crate::patch::MOST_LANES;
 use estar_element::element::{ElementHistory, OwnHistory};
 use estar_material::points::MaterialPoints;
 use estar_tensor::{Real, array};

@@ -1,15 +1,18 @@
 //! A step of the elements of a patch.
 
 use super::deletion::{Deleted, Life, delete, rest};
+use super::element_block::StepLimits;
 use super::frequencies::Frequencies;
 use super::report::{BlockReport, LaneExtreme};
-use super::solid::History;
-use super::{MOST_LANES, StepLimits};
+use crate::patch::MOST_LANES;
 use crate::patch_rows::PatchRows;
 use estar_element::element::{Element, ElementHistory, ElementMotion, ElementStep};
 use estar_material::IsotropicElasticity;
 use estar_material::points::{Exchange, MaterialPoints, PackPoints};
 use estar_tensor::{Kernel, Mask, Real};
+
+/// What an element keeps.
+pub(super) type History<E, R, const NODES: usize> = ElementHistory<R, <E as Element<NODES>>::Own<R>>;
 
 /// Partial sums of a patch: element e adds to the sum e mod 8 for any number of lanes.
 const SUM_SLOTS: usize = MOST_LANES;

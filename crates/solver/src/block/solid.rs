@@ -1,24 +1,22 @@
 //! Elements of one formulation and one material, packed so that the lanes of a number are elements.
 
-use super::averages::{Packs, Task};
+use super::averages::Packs;
+use super::averages_task::Task;
 use super::deletion::Life;
+use super::element_block::{ElementBlock, ElementMeans, Elements, StepLimits, corner_nodes};
 use super::frequencies::Frequencies;
 use super::means::write_means;
-use super::patch_kernel::PatchKernel;
+use super::patch_kernel::{History, PatchKernel};
 use super::report::BlockReport;
 use super::tangents::{Linear, LinearPack};
-use super::{ElementBlock, Elements, NodalMotion, StepLimits, corner_nodes};
-use crate::fields::ElementMeans;
 use crate::patch::{PATCH, Patches};
-use crate::patch_rows::PatchRows;
+use crate::patch_rows::{NodalMotion, PatchRows};
 use crate::sums::up_the_tree;
 use estar_element::element::{Element, ElementHistory, ElementStep, Tangent};
 use estar_material::IsotropicElasticity;
 use estar_material::points::{MaterialPoints, PointExtremes};
 use estar_tensor::Real;
 use rayon::prelude::*;
-
-pub(super) type History<E, R, const NODES: usize> = ElementHistory<R, <E as Element<NODES>>::Own<R>>;
 
 /// Elements of one material and one formulation, `R::LANES` side by side. The last pack is filled up with copies of the last
 /// element, whose results nobody reads.

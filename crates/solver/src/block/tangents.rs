@@ -3,9 +3,8 @@
 
 use super::deletion::rest;
 use super::patch_kernel::subtract;
-use super::{MOST_LANES, NodalMotion};
-use crate::patch::{PATCH, Patches};
-use crate::patch_rows::PatchRows;
+use crate::patch::{MOST_LANES, PATCH, Patches};
+use crate::patch_rows::{NodalMotion, PatchRows};
 use estar_element::element::{Element, ElementMotion, ElementStep, Tangent};
 use estar_material::IsotropicElasticity;
 use estar_tensor::{Kernel, Real};
