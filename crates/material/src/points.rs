@@ -238,7 +238,8 @@ impl<M: Material, R: Real, const POINTS: usize> MaterialPoints<R> for StoredPoin
                 material: &*self.material,
                 states: &mut states[0],
                 rotations: &mut rotations[0],
-                upcoming: states_later.get(ahead).zip(rotations_later.get(ahead)),
+                upcoming_states: states_later.get(ahead),
+                upcoming_rotations: rotations_later.get(ahead),
                 exchange,
                 first: place * POINTS,
                 time_step,
@@ -315,8 +316,9 @@ struct Update<'a, M: Material, R: Real, const POINTS: usize> {
     material: &'a M,
     states: &'a mut [M::State<R>; POINTS],
     rotations: &'a mut [Rotation<R>; POINTS],
-    /// Histories of the next pack.
-    upcoming: Option<(&'a [M::State<R>; POINTS], &'a [Rotation<R>; POINTS])>,
+    /// Of the next pack.
+    upcoming_states: Option<&'a [M::State<R>; POINTS]>,
+    upcoming_rotations: Option<&'a [Rotation<R>; POINTS]>,
     exchange: &'a mut Exchange<R>,
     /// Place of the first point of the group in the exchange.
     first: usize,
@@ -331,7 +333,7 @@ impl<M: Material, R: Real, const POINTS: usize> Kernel for Update<'_, M, R, POIN
     /// part of them with each point, since all at once would wait for the memory.
     #[inline(always)]
     fn run(self) {
-        let Self { material, states, rotations, upcoming, exchange, first, time_step, total } = self;
+        let Self { material, states, rotations, exchange, first, time_step, total, .. } = self;
         let Exchange { motions, tells_flow, stresses, rotations: turns, flow } = exchange;
         let motions: &[PointMotion<R>; POINTS] = motions[first..].first_chunk().expect("a motion for each point");
         let stresses: &mut [_; POINTS] = stresses[first..].first_chunk_mut().expect("a stress for each point");
@@ -342,8 +344,8 @@ impl<M: Material, R: Real, const POINTS: usize> Kernel for Update<'_, M, R, POIN
         // (i) R of the polar decomposition
         let mut rotations_new = ArrayVec::<Rotation<R>, POINTS>::new();
         for point in 0..POINTS {
-            if let Some((states, _)) = upcoming {
-                prefetch(&states[point]);
+            if let Some(upcoming) = self.upcoming_states {
+                prefetch(&upcoming[point]);
             }
             rotations_new.push(if turns_points {
                 Rotation::nearest(&motions[point].scaled_gradient, rotations[point])
@@ -357,8 +359,8 @@ impl<M: Material, R: Real, const POINTS: usize> Kernel for Update<'_, M, R, POIN
         for point in 0..POINTS {
             let (mut rotation_old, rotation_new) = (Rotation::identity(), rotations_new[point]);
             if turns_points {
-                if let Some((_, rotations)) = upcoming {
-                    prefetch(&rotations[point]);
+                if let Some(upcoming) = self.upcoming_rotations {
+                    prefetch(&upcoming[point]);
                 }
                 rotation_old = std::mem::replace(&mut rotations[point], rotation_new);
             }

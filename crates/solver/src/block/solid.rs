@@ -219,8 +219,7 @@ impl<E: Element<NODES>, R: Real, const NODES: usize> ElementBlock for SolidBlock
 
     fn extremes(&self) -> PointExtremes {
         // the copies that fill the last pack have the values of an element that is counted anyway
-        let of_patch = |points: &Box<dyn MaterialPoints<R>>| points.extremes();
-        self.points.par_iter().map(of_patch).reduce(|| PointExtremes::NONE, PointExtremes::and)
+        self.points.par_iter().map(|points| points.extremes()).reduce(|| PointExtremes::NONE, PointExtremes::and)
     }
 
     fn write_means(&self, patch: usize, means: ElementMeans<'_>) {
