@@ -341,9 +341,10 @@ fn connections_without_the_key_keep_nobody_out() {
     let mut slow = connect(port);
     let request = format!("GET {}/surface HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n", viewer.key);
     slow.write_all(request.as_bytes()).unwrap();
+    let mut answer = vec![0];
+    slow.read_exact(&mut answer).unwrap();
     strangers.extend(come(100));
     std::thread::sleep(Duration::from_millis(500));
-    let mut answer = Vec::new();
     slow.read_to_end(&mut answer).unwrap();
     assert_eq!(Answer::of(&answer).status, 200);
 }
