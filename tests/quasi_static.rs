@@ -232,6 +232,8 @@ fn displacement_that_jumps_is_refused_at_any_time() {
         "[[0, 0], [0.5, 0], [0.500000001, 1e-4], [1, 1e-4]]",
         "[[0, 0], [0.25, 1e-5], [0.250000000001, 2e-4]]",
         "[[0, 0], [0.5, 0.0], [0.501, 0.5]]",
+        // a jump at time 0 is refused from 1e-4 of the largest value on, however small it is
+        "[[0, 0], [0.5, 0], [0.500000001, 1e-7], [1, 1e-7]]",
     ];
     for curve in jumps {
         for interpolation in ["", "\ninterpolation = \"linear\"", "\ninterpolation = \"smooth\""] {
@@ -254,7 +256,7 @@ fn displacement_that_jumps_is_refused_at_any_time() {
     bending.check(&format!("[{}]", points.join(", "))).assert(0, &[]);
     // a tool jumps, too
     let tool = "\n[[rigid_wall]]\npoint = [0, 0, \"1 cm\"]\nnormal = [0, 0, -1]\nmotion = { direction = [0, 0, 1], quantity = \
-                \"displacement\", curve = [[0, 0], [0.5, 0], [0.500000001, \"1 mm\"]] }\n";
+                \"displacement\", curve = [[0, 0], [0.5, 0], [0.500000001, \"0.05 mm\"]] }\n";
     bending.0.write("deck.toml", &format!("{}{tool}", Bending::deck(STRAIGHT, "{}")));
     bending.0.estar(&["check", "deck.toml"]).assert(2, &["the prescribed displacement jumps by"]);
 }

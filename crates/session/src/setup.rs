@@ -132,7 +132,7 @@ pub fn simulation(problem: &Problem, lanes: LaneLevel) -> Result<Simulation, Ses
     let simulation = Simulation::new(&problem.mesh, problem.model.clone(), lanes)
         .map_err(|error| SessionError::Model { told: trouble::of_model(&error, problem), error })?;
     let mass_factor = problem.quasi_static.map_or(1.0, |chosen| chosen.mass_factor);
-    let jumps = constraints::jumps(&problem.driven, &problem.model.parts, mass_factor, simulation.time_step());
+    let jumps = constraints::jumps(&problem.driven, &problem.model, mass_factor, simulation.time_step());
     if jumps.has_errors() {
         let findings = Findings { sources: problem.findings.sources.clone(), diagnostics: jumps };
         return Err(SessionError::Faults { findings, is_unreadable_file: false });
