@@ -6,9 +6,13 @@ use estar_deck::model::{RigidWallTable, WallSurface};
 use estar_mesh::{Connectivity, Face, Mesh};
 use estar_solver::Curve;
 use estar_solver::model::{Model, RigidWall, WallMotion, WallShape};
+use std::collections::HashMap;
 
 /// Times at which motions are looked at, beside the points of their curves.
 const SAMPLES: usize = 256;
+
+/// From how many edges of a face on a radius has a force that hardly depends on the place: 8 %, 0.8 edges deep (docs/forming.md).
+const WELL_RESOLVED: u32 = 4;
 
 /// The walls as the solver is given them.
 pub fn walls(deck: &Deck) -> Vec<RigidWall> {
@@ -107,8 +111,11 @@ fn check_size(
             "the tool, of radius {radius:.4e} m, is smaller than the faces of elements that it can meet: the nodes of element \
              {element} are {edge:.4e} m apart, and it would pass between them"
         );
-        let help =
-            format!("a radius of at least {edge:.4e} m, or elements of at most {radius:.4e} m where it meets them");
+        let help = format!(
+            "a radius of at least {edge:.4e} m, or elements of at most {radius:.4e} m where it meets them; at that size the force still \
+             depends by up to half on the place between the nodes, from {WELL_RESOLVED} times the radius on by at most 8 % once the \
+             tool is 0.8 edges deep"
+        );
         diagnostics.push(Diagnostic::error(message).at(entry.span, "this tool").help(help));
         return;
     }
@@ -119,12 +126,145 @@ fn check_size(
         let reach = positions.iter().map(|position| norm(minus(*position, centre))).fold(0.0, f64::max);
         wall.gap(&centre, 0.0) <= 0.0 && reach > radius
     });
-    if let Some(element) = inside {
-        let label = mesh.element_labels()[element].0;
-        let message = format!("the tool begins inside of element {label}, between its nodes");
-        let help = "the body is outside of the tool: move the tool";
-        diagnostics.push(Diagnostic::error(message).at(entry.span, "this tool").help(help));
+    let (message, tool_acts) = match (inside, deepest_in_a_face(wall, mesh, connectivity)) {
+        (Some(element), _) => {
+            let label = mesh.element_labels()[element].0;
+            (format!("the tool begins inside of element {label}, between its nodes"), "")
+        }
+        (None, Some((depth, element))) => {
+            let label = mesh.element_labels()[element as usize].0;
+            let message = format!(
+                "the tool begins {depth:.3e} m deep in a face of element {label}, between its nodes, and would not press there"
+            );
+            (message, ": it acts on nodes")
+        }
+        (None, None) => return,
+    };
+    let help = format!("the body is outside of the tool{tool_acts}; move the tool");
+    diagnostics.push(Diagnostic::error(message).at(entry.span, "this tool").help(help));
+}
+
+/// Into how many parts the sides of a face are divided where a tool is sought between its nodes.
+const PARTS_OF_SIDE: usize = 8;
+
+/// How much of the bulge of a surface over a face is not known: near the ends of an arc of angle θ, 1/cos(θ/2) − cos(θ/2), which
+/// is 0.29 at 60°.
+const DOUBT_OF_BULGE: f64 = 0.3;
+
+/// Faces that meet under a smaller angle than 61° stand for one smooth surface: this is its cosine.
+const SMOOTH: f64 = 0.48;
+
+/// A tool lies before a face where the direction to its axis is within 60° of the face's normal: this is its cosine.
+const FACING: f64 = 0.5;
+
+/// How deep a tool begins in a face between its nodes, and the face's element.
+///
+/// A body that is hollow where the tool is, as a hole that the tool fills, has flat faces that reach into the tool: the surface for
+/// which they stand does not. It lies half-way between a face and the planes through the corners, each across the mean normal there
+/// (Boubekeur and Alexa 2008, Phong tessellation), and both are to be in the tool.
+fn deepest_in_a_face(wall: &RigidWall, mesh: &Mesh, connectivity: &Connectivity) -> Option<(f64, u32)> {
+    let corners_of = |face: &Face| -> Vec<u32> {
+        let corners = if face.nodes().len() == 6 { 3 } else { face.nodes().len() };
+        face.nodes()[..corners].to_vec()
+    };
+    let places = |corners: &[u32]| corners.iter().map(|&node| mesh.coordinates()[node as usize]).collect::<Vec<_>>();
+    let is_near = |corners: &[[f64; 3]]| {
+        let centre = mean(corners);
+        let reach = corners.iter().map(|corner| norm(minus(*corner, centre))).fold(0.0, f64::max);
+        wall.gap(&centre, 0.0) < reach
+    };
+    let near = connectivity.outer_faces.iter().filter(|outer| is_near(&places(&corners_of(&outer.face))));
+    let near: Vec<(Vec<u32>, u32)> = near.map(|outer| (corners_of(&outer.face), outer.element)).collect();
+    if near.is_empty() {
+        return None;
     }
+    let mut around: HashMap<u32, Vec<[f64; 3]>> =
+        near.iter().flat_map(|(corners, _)| corners).map(|&node| (node, Vec::new())).collect();
+    for outer in &connectivity.outer_faces {
+        let corners = corners_of(&outer.face);
+        if corners.iter().any(|node| around.contains_key(node)) {
+            let area = area(&places(&corners));
+            for node in corners {
+                around.entry(node).and_modify(|areas| areas.push(area));
+            }
+        }
+    }
+    let mut deepest: Option<(f64, u32)> = None;
+    for (corners, element) in near {
+        let face_normal = unit(area(&places(&corners)));
+        let normal_at = |node: &u32| {
+            let smooth = around[node].iter().filter(|area| dot(unit(**area), face_normal) > SMOOTH);
+            unit(smooth.fold([0.0; 3], |sum, area| std::array::from_fn(|i| sum[i] + area[i])))
+        };
+        let normals: Vec<[f64; 3]> = corners.iter().map(normal_at).collect();
+        let corners = places(&corners);
+        for shares in shares_within(corners.len()) {
+            let point = weighted(&corners, &shares);
+            if dot(towards(wall, &point), face_normal) < FACING {
+                continue;
+            }
+            let on_planes: Vec<[f64; 3]> = corners
+                .iter()
+                .zip(&normals)
+                .map(|(corner, normal)| {
+                    let height = dot(minus(point, *corner), *normal);
+                    std::array::from_fn(|i| point[i] - 0.5 * height * normal[i])
+                })
+                .collect();
+            let on_surface = weighted(&on_planes, &shares);
+            let doubt = DOUBT_OF_BULGE * norm(minus(on_surface, point)) + 1e-9 * size(mesh);
+            let depth = -wall.gap(&point, 0.0).max(wall.gap(&on_surface, 0.0));
+            if depth > doubt && deepest.is_none_or(|(known, _)| depth > known) {
+                deepest = Some((depth, element));
+            }
+        }
+    }
+    deepest
+}
+
+/// Shares of the corners of a triangle or a quad in points all over it.
+fn shares_within(corners: usize) -> Vec<Vec<f64>> {
+    let steps = || (0..=PARTS_OF_SIDE).map(|step| step as f64 / PARTS_OF_SIDE as f64);
+    let pairs = steps().flat_map(|u| steps().map(move |v| (u, v)));
+    match corners {
+        3 => pairs.filter(|(u, v)| u + v <= 1.0).map(|(u, v)| vec![1.0 - u - v, u, v]).collect(),
+        _ => pairs.map(|(u, v)| vec![(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v]).collect(),
+    }
+}
+
+/// The direction from a point to the axis or the centre of a tool at time 0.
+fn towards(wall: &RigidWall, point: &[f64; 3]) -> [f64; 3] {
+    let (centre, axis) = match wall.shape {
+        WallShape::Plane { normal, .. } => return normal,
+        WallShape::Cylinder { point, axis, .. } => (point, axis),
+        WallShape::Sphere { centre, .. } => (centre, [0.0; 3]),
+    };
+    let moved = wall.displacement(0.0);
+    let arm: [f64; 3] = std::array::from_fn(|i| centre[i] + moved[i] - point[i]);
+    let along = dot(arm, axis);
+    unit(std::array::from_fn(|i| arm[i] - along * axis[i]))
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|i| a[i] * b[i]).sum()
+}
+
+fn weighted(points: &[[f64; 3]], shares: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|i| points.iter().zip(shares).map(|(point, share)| share * point[i]).sum())
+}
+
+/// The area of a face as a vector, from its corners: half the sum of x_k × x_{k+1}.
+fn area(corners: &[[f64; 3]]) -> [f64; 3] {
+    let next = corners.iter().cycle().skip(1);
+    let cross =
+        |a: &[f64; 3], b: &[f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let sum = corners.iter().zip(next).map(|(a, b)| cross(a, b));
+    sum.fold([0.0; 3], |sum, term| std::array::from_fn(|i| sum[i] + 0.5 * term[i]))
+}
+
+fn unit(vector: [f64; 3]) -> [f64; 3] {
+    let length = norm(vector);
+    if length > 0.0 { vector.map(|component| component / length) } else { vector }
 }
 
 /// How far nodes may go by the velocities that they begin with and by what drives them, m.
@@ -223,4 +363,72 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 fn norm(vector: [f64; 3]) -> f64 {
     vector.iter().map(|component| component * component).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estar_mesh::generate::{BoxSpec, box_mesh};
+    use estar_mesh::{ElementLabel, Elements, NodeLabel, Shape};
+    use std::f64::consts::TAU;
+
+    fn depth(shape: WallShape, mesh: &Mesh) -> Option<f64> {
+        let wall = RigidWall { shape, friction: 0.0, motion: None };
+        deepest_in_a_face(&wall, mesh, &Connectivity::new(mesh)).map(|(depth, _)| depth)
+    }
+
+    fn is_about(found: Option<f64>, expected: f64) -> bool {
+        found.is_some_and(|found| (found - expected).abs() < 1e-9)
+    }
+
+    #[test]
+    fn a_tool_that_begins_in_a_face_between_its_nodes_is_found() {
+        // elements of 0.25, and a tool over the middle of those of the top
+        let mesh = box_mesh(&BoxSpec::new([1.0; 3], [4; 3]).unwrap());
+        let sphere = |z: f64| WallShape::Sphere { centre: [0.625, 0.625, z], radius: 0.26 };
+        let cylinder = |z: f64| WallShape::Cylinder { point: [0.625, 0.0, z], axis: [0.0, 1.0, 0.0], radius: 0.26 };
+        assert!(is_about(depth(sphere(1.24), &mesh), 0.02) && is_about(depth(cylinder(1.24), &mesh), 0.02));
+        assert!(is_about(depth(cylinder(1.26 - 1e-6), &mesh), 1e-6));
+        for above in [0.0, 1e-6, 0.1] {
+            assert_eq!((depth(sphere(1.26 + above), &mesh), depth(cylinder(1.26 + above), &mesh)), (None, None));
+        }
+        // round the edge of the box
+        let at_edge = |distance: f64| {
+            let [x, z] = [1.0 + distance * 0.6, 1.0 + distance * 0.8];
+            depth(WallShape::Cylinder { point: [x, 0.0, z], axis: [0.0, 1.0, 0.0], radius: 0.26 }, &mesh)
+        };
+        assert_eq!(at_edge(0.26 + 1e-9), None);
+    }
+
+    /// A ring of bricks, of radius 1 inside.
+    fn ring_of_bricks(count: u32) -> Mesh {
+        let node = |layer: u32, circle: u32, place: u32| (layer * 2 + circle) * count + place % count;
+        let place = |index: u32| {
+            let (layer, circle, place) = (index / (2 * count), index / count % 2, index % count);
+            let (radius, angle) = (1.0 + f64::from(circle), TAU * f64::from(place) / f64::from(count));
+            [radius * angle.cos(), radius * angle.sin(), f64::from(layer)]
+        };
+        let mut elements = Elements::default();
+        for k in 0..count {
+            let bottom = [node(0, 0, k), node(0, 1, k), node(0, 1, k + 1), node(0, 0, k + 1)];
+            let top = bottom.map(|index| index + 2 * count);
+            elements.push(Shape::Hex8, &[bottom, top].concat());
+        }
+        let labels = (1..=u64::from(4 * count)).map(NodeLabel).collect();
+        let element_labels = (1..=u64::from(count)).map(ElementLabel).collect();
+        Mesh::new((0..4 * count).map(place).collect(), labels, elements, element_labels, Vec::new()).unwrap()
+    }
+
+    #[test]
+    fn a_pin_may_fill_the_hole_that_a_mesh_makes_of_flat_faces() {
+        for count in [6, 7, 8, 12, 40] {
+            let mesh = ring_of_bricks(count);
+            let pin =
+                |radius: f64, at: f64| WallShape::Cylinder { point: [at, 0.0, 0.0], axis: [0.0, 0.0, 1.0], radius };
+            for radius in [0.95, 0.99, 1.0] {
+                assert_eq!(depth(pin(radius, 0.0), &mesh), None, "{count} bricks, a pin of {radius}");
+            }
+            assert!(depth(pin(1.1, 0.0), &mesh).is_some_and(|depth| depth > 0.08), "{count} bricks");
+        }
+    }
 }
