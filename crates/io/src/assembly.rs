@@ -35,12 +35,50 @@ impl Assembly {
     /// The finished mesh: nodes of no element are left out, and all elements are a group.
     pub fn finish(mut self, format: String) -> Result<MeshFile, Problem> {
         self.leave_out_loose_nodes();
-        let is_all = |group: &Group| group.name == ALL && group.kind == GroupKind::Volume;
-        if !self.groups.iter().any(is_all) {
-            self.groups.push(Group::volume(ALL, (0..self.elements.len() as u32).collect()));
-        }
+        self.add_whole();
         let mesh = Mesh::new(self.coordinates, self.node_labels, self.elements, self.element_labels, self.groups)?;
         Ok(MeshFile { mesh, format, warnings: self.warnings })
+    }
+
+    /// Adds the group of all elements, unless the file has it. A set of that name that is less gets another one, and one that
+    /// differs from it in capitals only is told.
+    fn add_whole(&mut self) {
+        let (nodes, elements) = (self.coordinates.len(), self.elements.len());
+        let count = |members: &[u32]| {
+            let mut members = members.to_vec();
+            members.sort_unstable();
+            members.dedup();
+            members.len()
+        };
+        let is_whole = |group: &Group| match group.kind {
+            GroupKind::Volume => count(&group.elements) == elements,
+            GroupKind::Nodes => count(&group.nodes) == nodes,
+            // of the others a deck is asked which it means
+            GroupKind::Surface | GroupKind::Curve | GroupKind::Point => true,
+        };
+        let mut namesakes: HashMap<(String, GroupKind), usize> = HashMap::new();
+        for group in self.groups.iter().filter(|group| group.name.eq_ignore_ascii_case(ALL)) {
+            *namesakes.entry((group.name.clone(), group.kind)).or_default() += 1;
+        }
+        let mut others = Vec::new();
+        for group in self.groups.iter_mut().filter(|group| group.name.eq_ignore_ascii_case(ALL) && !is_whole(group)) {
+            let name = group.name.clone();
+            if name == ALL {
+                group.name = format!("set.{ALL}");
+            } else if namesakes.get(&(name.clone(), group.kind)).is_some_and(|count| *count > 1) {
+                // of several owners: a deck is asked which it means
+                continue;
+            }
+            others.push(format!("\"{}\", the {} \"{name}\" of the file", group.name, group.kind));
+        }
+        if !others.is_empty() {
+            let list = and_more(others);
+            self.warnings
+                .push(format!("the group \"{ALL}\" is the whole mesh; the file has others of the name: {list}"));
+        }
+        if !self.groups.iter().any(|group| group.name == ALL && group.kind == GroupKind::Volume) {
+            self.groups.push(Group::volume(ALL, (0..elements as u32).collect()));
+        }
     }
 
     /// Leaves out what belongs to no element: reference points, centres of arcs, nodes of shells that are left out.

@@ -227,7 +227,7 @@ pub enum Problem {
         node: u64,
     },
     /// A set or surface with a member that is not in the file.
-    #[error("\"{group}\" refers to {what} {label}, which the file does not have")]
+    #[error("\"{group}\" refers to {what} {label}, which the file does not have{hint}")]
     MissingMember {
         /// The set or surface.
         group: String,
@@ -235,9 +235,13 @@ pub enum Problem {
         what: &'static str,
         /// The number or name.
         label: String,
+        /// What it has instead, if something is near.
+        hint: String,
     },
     /// An element type that the format itself does not have, or that is beyond the usual ones.
-    #[error("element {element}: element type {code} is not supported; use 8-node hexahedra (type 5)")]
+    #[error(
+        "element {element}: element type {code} is not supported; mesh with Mesh.ElementOrder = 1, or 2 for tetrahedra"
+    )]
     UnknownElementType {
         /// The first element's number in the file.
         element: u64,
@@ -264,6 +268,12 @@ pub enum Problem {
         /// How many of which type.
         types: String,
     },
+    /// A Gmsh file without solids. Gmsh saves what is in a physical group, if there is any.
+    #[error(
+        "the file has no solid elements; mesh the volume (Mesh > 3D), and where the model has physical groups, which alone are saved, add \
+         one of the volume (Physical Volume) or save all with Mesh.SaveAll = 1"
+    )]
+    NoVolume,
     /// Something legal in the format that is not supported here.
     #[error("{what} is not supported; {advice}")]
     NotSupported {

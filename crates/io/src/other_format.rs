@@ -31,11 +31,11 @@ pub(crate) fn recognised(content: &[u8], name: &str) -> Option<Problem> {
     Some(Problem::OtherFormat { what, advice })
 }
 
-const OF_LS_DYNA: &str = "write the mesh as Abaqus (.inp) or Gmsh (.msh) with the program that made it";
+const EXPORT_ANOTHER: &str = "write the mesh as Abaqus (.inp) or Gmsh (.msh) with the program that made it";
 
 /// A file of LS-DYNA that begins as one of Abaqus could.
 pub(crate) fn ls_dyna() -> Problem {
-    Problem::OtherFormat { what: "a keyword file of LS-DYNA", advice: OF_LS_DYNA.to_owned() }
+    Problem::OtherFormat { what: "a keyword file of LS-DYNA", advice: EXPORT_ANOTHER.to_owned() }
 }
 
 /// A file of VTK that is no unstructured grid.
@@ -87,9 +87,18 @@ fn format_of(content: &[u8], name: &str) -> Option<(&'static str, Way)> {
     if begins(b"$MeshFormat") || begins(b"$NOD") {
         None
     } else if has_line(b"*KEYWORD") || begins(b"*ELEMENT_") || begins(b"*NODE_") {
-        Some(("a keyword file of LS-DYNA", Way::Advice(OF_LS_DYNA)))
+        Some(("a keyword file of LS-DYNA", Way::Advice(EXPORT_ANOTHER)))
     } else if begins(b"*") {
         None
+    } else if has_line(b"[mesh]") || has_line(b"[[part]]") {
+        Some(("a deck, not a mesh", Way::Advice("`estar check` and `estar run` take it")))
+    } else if has_line(b"MeshVersionFormatted") {
+        Some((
+            "a Medit mesh (.mesh)",
+            Way::Gmsh("its references become groups by their numbers, see `estar mesh info`"),
+        ))
+    } else if has_line(b"NDIME=") {
+        Some(("a mesh of SU2", Way::Advice(EXPORT_ANOTHER)))
     } else if begins(b"-1\n") || begins(b"-1\r") || begins(b"-1 ") {
         Some(("an I-deas universal file (.unv)", Way::Gmsh("groups keep their names")))
     } else if begins(b"\x89HDF") && (is_called(&["med", "rmed", "mmed"]) || has(b"INFOS_GENERALES") || has(b"ENS_MAA"))

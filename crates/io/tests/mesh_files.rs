@@ -69,6 +69,13 @@ fn the_format_is_told_by_the_content() {
     assert_eq!(format(&abaqus(&mesh)), "Abaqus");
     assert!(matches!(problem(b"some words"), Problem::UnknownFormat));
     assert!(matches!(problem(b""), Problem::UnknownFormat));
+    for (file, told) in [
+        ("[mesh]\nfile = \"a.msh\"\n", "a deck, not a mesh, which is not read; `estar check` and `estar run` take it"),
+        (" MeshVersionFormatted 2\n Dimension\n 3\n", "a Medit mesh (.mesh), which is not read; convert it: gmsh"),
+        ("NDIME= 3\nNELEM= 144\n", "a mesh of SU2, which is not read; write the mesh as"),
+    ] {
+        assert!(error(file.as_bytes()).contains(told), "{}", error(file.as_bytes()));
+    }
     assert!(error(b"\x7fELF\0\0").contains("not a mesh this program knows"));
 }
 
@@ -233,8 +240,13 @@ fn counts_that_lie_cost_nothing() {
     let old = gmsh22(&sample(), false);
     error(&changed_in(&old, "$Nodes\n18\n", &format!("$Nodes\n{huge}\n")));
     error(&changed_in(&old, "$Elements\n11\n", &format!("$Elements\n{huge}\n")));
-    let range = [&abaqus(&sample())[..], format!("*NSET, NSET=all, GENERATE\n6, {}\n", u64::MAX).as_bytes()].concat();
-    assert!(error(&range).contains("refers to node 7, which the file does not have"));
+    let range = |numbers: &str| {
+        [&abaqus(&sample())[..], format!("*NSET, NSET=many, GENERATE\n{numbers}\n").as_bytes()].concat()
+    };
+    let nowhere = error(&range(&format!("1000000, {}", u64::MAX)));
+    assert!(nowhere.contains("\"many\" refers to node 1000000, which the file does not have"), "{nowhere}");
+    let mesh = read(&range(&format!("0, {}", u64::MAX - 1)));
+    assert_eq!(mesh.group("many").unwrap().nodes.len(), mesh.node_count());
 }
 
 #[test]
@@ -360,4 +372,125 @@ fn abaqus_mistakes_are_shown_with_their_line() {
     let short =
         changed_in(&abaqus(&sample()), "*Elset, elset=box", "*Element, type=C3D8\n77, 40, 38\n*Elset, elset=box");
     assert!(error(&short).contains("element 77: 2 nodes instead of 8"), "{}", error(&short));
+}
+
+/// Two bricks on top of one another, numbers 1 and 2, without any set.
+const TOWER: &str = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n9,0,0,2\n10,1,0,2\n11,1,1,2\n\
+    12,0,1,2\n*ELEMENT, TYPE=C3D8\n1, 1,2,3,4,5,6,7,8\n2, 5,6,7,8,9,10,11,12\n";
+
+/// The tower as two instances, `P-1` and, two above it, `My part-1`, of a part with a set and a surface.
+fn towers(assembly: &str) -> String {
+    format!(
+        "*PART, NAME=P\n{TOWER}*ELSET, ELSET=E\n1, 2\n*SURFACE, NAME=top\n2, S2\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=P-1, \
+         PART=P\n*END INSTANCE\n*INSTANCE, NAME=\"My part-1\", PART=P\n0, 0, 2\n*END INSTANCE\n{assembly}*END ASSEMBLY\n"
+    )
+}
+
+#[test]
+fn all_is_the_whole_whatever_else_has_the_name() {
+    let sets = |name: &str| format!("{TOWER}*ELSET, ELSET={name}\n1\n*NSET, NSET={name}\n1, 2, 3, 4\n");
+    let file = read_mesh_bytes(sets("all").as_bytes(), "a.inp").unwrap();
+    let find = |name: &str, wanted: Wanted| file.mesh.find(name, wanted).unwrap();
+    assert_eq!((find("all", Wanted::Elements).elements.len(), find("all", Wanted::Nodes).nodes.len()), (2, 12));
+    assert_eq!(find("set.all", Wanted::Elements).elements, [0]);
+    assert_eq!(find("set.all", Wanted::Nodes).nodes, [0, 1, 2, 3]);
+    let told = "the group \"all\" is the whole mesh; the file has others of the name: \"set.all\", the volume \"all\" of the file, \
+                \"set.all\", the node set \"all\" of the file";
+    assert_eq!(file.warnings, [told]);
+    // Abaqus takes capitals and small letters as one
+    let file = read_mesh_bytes(sets("ALL").as_bytes(), "a.inp").unwrap();
+    assert_eq!(file.mesh.find("all", Wanted::Elements).unwrap().elements.len(), 2);
+    assert!(file.warnings[0].contains("\"ALL\", the volume \"ALL\" of the file"), "{:?}", file.warnings);
+    // what is all of it keeps the name
+    let whole = format!("{TOWER}*ELSET, ELSET=all\n1, 2\n*NSET, NSET=all, GENERATE\n1, 12\n");
+    let file = read_mesh_bytes(whole.as_bytes(), "a.inp").unwrap();
+    assert_eq!((file.mesh.find("all", Wanted::Nodes).unwrap().nodes.len(), &file.warnings[..]), (12, &[][..]));
+    // a physical volume of Gmsh, of one hex of four
+    let mesh = String::from_utf8(gmsh41(&sample(), false)).unwrap();
+    let file = read_mesh_bytes(mesh.replace("\"box\"", "\"all\"").as_bytes(), "a.msh").unwrap();
+    let is_less = sample().group("box").unwrap().elements.len() < 4;
+    assert_eq!(file.mesh.find("all", Wanted::Elements).unwrap().elements.len(), 4);
+    assert_eq!(file.mesh.find("set.all", Wanted::Elements).is_ok(), is_less);
+}
+
+#[test]
+fn abaqus_sets_and_surfaces_may_name_what_comes_after_them() {
+    let (nodes, elements) = TOWER.split_once("*ELEMENT").unwrap();
+    let text = format!(
+        "{nodes}*ELSET, ELSET=both\nE1, E2\n*NSET, NSET=upper, ELSET=LATER\n*SURFACE, NAME=ends, COMBINE=UNION\ntop, foot\n*ELEMENT{elements}\
+         *ELSET, ELSET=E2\nLATER\n*ELSET, ELSET=E1\n1\n*ELSET, ELSET=later\n2\n*SURFACE, NAME=foot\nE1, S1\n*SURFACE, NAME=top\nE2, S2\n\
+         *ELSET, ELSET=grows\nE1\n*ELSET, ELSET=grows\ngrows, E2\n"
+    );
+    let mesh = read(text.as_bytes());
+    let group = |name: &str| mesh.group(name).unwrap();
+    assert_eq!((&group("both").elements[..], &group("grows").elements[..]), (&[0, 1][..], &[0, 1][..]));
+    assert_eq!(group("upper").nodes, [4, 5, 6, 7, 8, 9, 10, 11]);
+    assert_eq!((group("ends").faces.len(), &group("ends").nodes[..]), (2, &[0, 1, 2, 3, 8, 9, 10, 11][..]));
+    let circle = format!("{TOWER}*ELSET, ELSET=a\nb\n*ELSET, ELSET=b\nc, 1\n*ELSET, ELSET=c\na\n");
+    assert!(error(circle.as_bytes()).contains("is made of what is made of it"), "{}", error(circle.as_bytes()));
+    let circle = format!("{TOWER}*SURFACE, NAME=a, COMBINE=UNION\nb\n*SURFACE, NAME=b, COMBINE=UNION\na\n");
+    assert!(error(circle.as_bytes()).contains("is made of what is made of it"), "{}", error(circle.as_bytes()));
+    // a chain as long as a hostile file likes
+    let chain: String = (0..50_000).map(|i| format!("*ELSET, ELSET=s{i}\ns{}\n", i + 1)).collect();
+    let mesh = read(format!("{TOWER}{chain}*ELSET, ELSET=s50000\n2\n").as_bytes());
+    assert_eq!(mesh.group("s0").unwrap().elements, [1]);
+}
+
+#[test]
+fn abaqus_assemblies_may_name_surfaces_of_instances() {
+    let mesh = read(
+        towers(
+            "*SURFACE, NAME=tops, COMBINE=UNION\nP-1.top, \"My part-1\".top\n*SURFACE, NAME=one\nP-1.top\n*NSET, NSET=two\n\
+             \"My part-1\".1, My part-1.2\n*ELSET, ELSET=three\n\"My part-1\".E, P-1.1\n*ELSET, ELSET=E\nP-1.E\n",
+        )
+        .as_bytes(),
+    );
+    let group = |name: &str| mesh.groups().iter().find(|group| group.name == name).unwrap();
+    assert_eq!((group("tops").faces.len(), group("one").faces.len(), group("two").nodes.len()), (2, 1, 2));
+    let heights =
+        |name: &str| group(name).nodes.iter().map(|node| mesh.coordinates()[*node as usize][2]).collect::<Vec<_>>();
+    assert_eq!((heights("one"), heights("two")), (vec![2.0; 4], vec![2.0; 2]));
+    assert_eq!(group("three").elements, [0, 2, 3]);
+}
+
+#[test]
+fn what_is_there_as_something_else_is_not_said_to_be_missing() {
+    let with = |more: &str| error(towers(more).as_bytes());
+    let said = with("*ELSET, ELSET=x\nPART-1-1.E\n");
+    assert!(said.contains("set PART-1-1.E, which the file does not have; it has P-1.E, My part-1.E"), "{said}");
+    let said = with("*SURFACE, NAME=x, COMBINE=UNION\ntop\n");
+    assert!(said.contains("surface top, which the file does not have; it has P-1.top, My part-1.top"), "{said}");
+    let flat = |more: &str| error(format!("{TOWER}*NSET, NSET=n\n1\n*SURFACE, NAME=s\n2, S2\n{more}").as_bytes());
+    assert!(flat("*ELSET, ELSET=x\nn\n").contains("\"x\" refers to the element set n, but n is a node set"));
+    assert!(
+        flat("*SURFACE, NAME=x, COMBINE=UNION\nn\n").contains("\"x\" refers to the surface n, but n is a node set")
+    );
+    assert!(flat("*NSET, NSET=x\ns\n").contains("\"x\" refers to the node set s, but s is a surface"));
+    assert!(flat("*SURFACE, NAME=x\ns, S2\n").contains("\"x\" refers to the element set s, but s is a surface"));
+}
+
+#[test]
+fn gaps_in_ranges_of_numbers_are_counted_and_told() {
+    let text = format!("{TOWER}*NSET, NSET=a, GENERATE\n1, 100, 1\n*ELSET, ELSET=b, GENERATE\n2, 8, 3\n");
+    let file = read_mesh_bytes(text.as_bytes(), "a.inp").unwrap();
+    let told = "numbers of ranges (GENERATE) that are not there are left out: \"a\" (88), \"b\" (2)";
+    assert_eq!(file.warnings, [told]);
+    assert_eq!(file.mesh.group("a").unwrap().nodes.len(), 12);
+    assert_eq!(file.mesh.group("b").unwrap().elements, [1]);
+}
+
+#[test]
+fn a_gmsh_file_without_a_volume_or_of_third_order_is_told_what_to_set() {
+    let surface = |version: &str, nodes: &str, elements: &str| {
+        error(format!("$MeshFormat\n{version} 0 8\n$EndMeshFormat\n{nodes}{elements}").as_bytes())
+    };
+    let nodes = "$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n";
+    let of_22 = surface("2.2", nodes, "$Elements\n1\n1 2 2 1 1 1 2 3\n$EndElements\n");
+    let nodes = "$Entities\n0 0 1 0\n1 0 0 0 1 1 0 0 0\n$EndEntities\n$Nodes\n1 3 1 3\n2 1 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n$EndNodes\n";
+    let of_41 = surface("4.1", nodes, "$Elements\n1 1 1 1\n2 1 2 1\n1 1 2 3\n$EndElements\n");
+    for said in [of_22, of_41] {
+        assert!(said.contains("has no solid elements") && said.contains("Mesh.SaveAll = 1"), "{said}");
+    }
+    let third = error(&changed("3 1 5 ", "3 1 29 "));
+    assert!(third.contains("Mesh.ElementOrder = 1, or 2 for tetrahedra"), "{third}");
 }

@@ -241,7 +241,7 @@ impl Keyword {
             .filter(|field| !field.is_empty())
             .map(|field| {
                 let (key, value) = field.split_once('=').unwrap_or((field, ""));
-                (key.trim().to_ascii_uppercase(), unquoted(value).to_owned())
+                (key.trim().to_ascii_uppercase(), unquoted(value).into_owned())
             })
             .collect();
         Self { name: name.to_ascii_uppercase(), parameters, origin: first.origin }
@@ -269,9 +269,14 @@ impl Keyword {
     }
 }
 
-/// A name without quotes around it, and without blanks around that.
-pub(super) fn unquoted(name: &str) -> &str {
-    name.trim().trim_matches('"').trim()
+/// A name without quotes and without blanks around it. Of a full name, `"my part".set`, each may be in quotes.
+pub(super) fn unquoted(name: &str) -> Cow<'_, str> {
+    let name = name.trim();
+    let inner = name.strip_prefix('"').and_then(|name| name.strip_suffix('"')).unwrap_or(name);
+    if !inner.contains('"') {
+        return inner.trim().into();
+    }
+    inner.replace('"', "").trim().to_owned().into()
 }
 
 /// Whether a line has parameters of a keyword, as against data, which has no equals sign and no such word.

@@ -375,7 +375,7 @@ impl Reader {
                 let mut names = Vec::new();
                 while let Some(line) = lines.next_data() {
                     for field in line.fields().filter(|field| !field.is_empty()) {
-                        names.push(checked_name(line.origin, unquoted(field))?);
+                        names.push(checked_name(line.origin, &unquoted(field))?);
                     }
                 }
                 SurfaceContent::Union(names)

@@ -1,6 +1,6 @@
 //! Sets and surfaces: defined in any order of elements and nodes, resolved when everything is known.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
@@ -119,10 +119,14 @@ pub(super) struct GroupMaker<'a> {
     /// How each name is written, by the name in capitals.
     spellings: HashMap<String, String>,
     groups: Vec<Group>,
+    /// The faces of the surfaces of each body, by name in capitals.
+    surface_faces: Vec<HashMap<String, Vec<Face>>>,
     /// Sets and surfaces with nothing that a mesh of solids has.
     without_members: Vec<String>,
     /// Faces that are left out of a surface, by its name: they are edges, or on elements that are no solids.
     no_faces: BTreeMap<String, u64>,
+    /// Numbers of ranges that are not there, by the set's name.
+    gaps: RefCell<BTreeMap<String, u64>>,
 }
 
 impl<'a> GroupMaker<'a> {
@@ -135,8 +139,10 @@ impl<'a> GroupMaker<'a> {
             room: Cell::new(MOST_MEMBERS),
             spellings: HashMap::new(),
             groups: Vec::new(),
+            surface_faces: Vec::new(),
             without_members: Vec::new(),
             no_faces: BTreeMap::new(),
+            gaps: RefCell::default(),
         }
     }
 
@@ -156,6 +162,11 @@ impl<'a> GroupMaker<'a> {
             let count = self.without_members.len();
             warnings.push(format!("{count} {sets} no nodes or faces of solids, and no group is made of them: {names}"));
         }
+        let gaps = self.gaps.into_inner();
+        if !gaps.is_empty() {
+            let names = and_more(gaps.iter().map(|(name, count)| format!("\"{name}\" ({count})")));
+            warnings.push(format!("numbers of ranges (GENERATE) that are not there are left out: {names}"));
+        }
         if !self.no_faces.is_empty() {
             let names = and_more(self.no_faces.iter().map(|(name, count)| format!("\"{name}\" ({count})")));
             warnings.push(format!("members of surfaces that are no faces of solids or shells are left out: {names}"));
@@ -163,11 +174,40 @@ impl<'a> GroupMaker<'a> {
         Ok(self.groups)
     }
 
-    /// The members of every set of a body. A set may name only sets before it, so that this ends.
+    /// The members of every set of a body. A set may name others wherever they are written, but none that names it.
     fn resolved(&mut self, body: usize) -> Result<Resolved, Located> {
-        let mut resolved = Resolved::new();
         let scope = self.bodies[body].scope;
+        // a set may be written in several pieces
+        let mut pieces: Vec<Vec<&SetDefinition>> = Vec::new();
+        let mut position = HashMap::new();
         for set in &scope.sets {
+            let at = *position.entry((set.kind, set.name.to_ascii_uppercase())).or_insert(pieces.len());
+            if at == pieces.len() {
+                pieces.push(Vec::new());
+            }
+            pieces[at].push(set);
+        }
+        let needed = |set: &SetDefinition, member: &Members| {
+            let (kind, name) = match member {
+                Members::Named(name) => (set.kind, name),
+                Members::NodesOf(name) => (SetKind::Elements, name),
+                Members::One(_) | Members::Range { .. } | Members::Own(_) => return None,
+            };
+            let own = |name: &str| position.get(&(kind, name.to_ascii_uppercase())).copied();
+            let is_own = |instance: &str| self.body_named(body, instance) == Some(body);
+            match &set.instance {
+                Some(instance) => own(name).filter(|_| is_own(instance)),
+                None => own(name)
+                    .or_else(|| name.rsplit_once('.').and_then(|(owner, name)| own(name).filter(|_| is_own(owner)))),
+            }
+        };
+        let needs: Vec<Vec<usize>> = pieces
+            .iter()
+            .map(|pieces| pieces.iter().flat_map(|set| set.members.iter().filter_map(|m| needed(set, m))).collect())
+            .collect();
+        let order = in_order(&needs).map_err(|at| in_a_circle(&pieces[at][0].name, pieces[at][0].origin))?;
+        let mut resolved = Resolved::new();
+        for set in order.into_iter().flat_map(|at| &pieces[at]) {
             let name = &set.name;
             if let Some(instance) = &set.instance
                 && self.body_named(body, instance).is_none()
@@ -178,7 +218,8 @@ impl<'a> GroupMaker<'a> {
             for member in &set.members {
                 if let Members::NodesOf(elements) = member {
                     let of_set = self.set(body, &resolved, SetKind::Elements, elements, set.instance.as_deref());
-                    let of_set = of_set.ok_or_else(|| missing(name, "set", elements, set.origin))?;
+                    let of_set =
+                        of_set.ok_or_else(|| self.missing_set(body, name, SetKind::Elements, elements, set.origin))?;
                     self.take_room(2 * of_set.len(), set.origin)?;
                     for &place in of_set {
                         let (body, element) = self.element(place);
@@ -232,18 +273,7 @@ impl<'a> GroupMaker<'a> {
                 self.take_room(1, origin)?;
                 places.push(one(*label, instance)?);
             }
-            Members::Range { first, last, step } => {
-                // ends at its first missing number, however far it goes
-                let mut label = *first;
-                while label <= *last {
-                    self.take_room(1, origin)?;
-                    places.push(one(label, instance)?);
-                    match label.checked_add(*step) {
-                        Some(next) => label = next,
-                        None => break,
-                    }
-                }
-            }
+            Members::Range { first, last, step } => self.range(body, set, [*first, *last, *step], places)?,
             Members::Own(range) => {
                 let body = &self.bodies[body];
                 let offset = if kind == SetKind::Nodes { body.node_offset } else { body.element_offset };
@@ -259,10 +289,51 @@ impl<'a> GroupMaker<'a> {
                 let own = full.rsplit_once('.').map_or(("", &**full), |(owner, own)| (owner, own));
                 match (own, own.1.parse()) {
                     ((owner, _), Ok(label)) => places.push(one(label, Some(owner))?),
-                    _ => return Err(missing(name, "set", full, origin)),
+                    _ => return Err(self.missing_set(body, name, kind, full, origin)),
                 }
             }
             Members::NodesOf(_) => {}
+        }
+        Ok(())
+    }
+
+    /// The members of a range of numbers. Those that are not there are counted, and one at least must be.
+    fn range(
+        &self,
+        body: usize,
+        set: &SetDefinition,
+        [first, last, step]: [u64; 3],
+        places: &mut Vec<u32>,
+    ) -> Result<(), Located> {
+        let instance = set.instance.as_deref();
+        let of_body = |which: usize| {
+            let scope = self.bodies[which].scope;
+            if set.kind == SetKind::Nodes { scope.node_labels.len() } else { scope.elements.len() }
+        };
+        let wanted = ((last - first) / step).saturating_add(1);
+        let named = set.instance.as_deref().and_then(|instance| self.body_named(body, instance));
+        let there = of_body(named.unwrap_or(body)) + self.only_instance(body).map_or(0, of_body);
+        let before = places.len();
+        if wanted <= 4 * there as u64 {
+            let numbers = (0..wanted).map(|count| first + count * step);
+            places.extend(numbers.filter_map(|label| self.place(body, set.kind, label, instance)));
+        } else {
+            // a range may be far longer than the file: ask what is there
+            let is_in = |label: &u64| (first..=last).contains(label) && (label - first).is_multiple_of(step);
+            let mut labels: Vec<u64> =
+                self.bodies.iter().flat_map(|body| labels_of(body.scope, set.kind)).filter(is_in).collect();
+            labels.sort_unstable();
+            labels.dedup();
+            places.extend(labels.into_iter().filter_map(|label| self.place(body, set.kind, label, instance)));
+        }
+        let found = places.len() - before;
+        self.take_room(found, set.origin)?;
+        if found == 0 {
+            let what = if set.kind == SetKind::Nodes { "node" } else { "element" };
+            return Err(missing(&set.name, what, &first.to_string(), set.origin));
+        }
+        if (found as u64) < wanted {
+            *self.gaps.borrow_mut().entry(set.name.clone()).or_default() += wanted - found as u64;
         }
         Ok(())
     }
@@ -316,6 +387,73 @@ impl<'a> GroupMaker<'a> {
             let (owner, name) = name.rsplit_once('.')?;
             of_body(self.body_named(body, owner)?, name)
         })
+    }
+
+    /// The faces of a surface, of a body or of the instance before its name.
+    fn surface(&self, body: usize, name: &str) -> Option<&Vec<Face>> {
+        let of_body = |which: usize, name: &str| self.surface_faces.get(which)?.get(&name.to_ascii_uppercase());
+        of_body(body, name).or_else(|| of_body(self.only_instance(body)?, name)).or_else(|| {
+            let (owner, name) = name.rsplit_once('.')?;
+            of_body(self.body_named(body, owner)?, name)
+        })
+    }
+
+    /// That a set is not there, and what of its name is.
+    fn missing_set(&self, body: usize, group: &str, kind: SetKind, name: &str, origin: Origin) -> Located {
+        let (other, a_set) = match kind {
+            SetKind::Nodes => (SetKind::Elements, "an element set"),
+            SetKind::Elements => (SetKind::Nodes, "a node set"),
+        };
+        let what = if kind == SetKind::Nodes { "node set" } else { "element set" };
+        let is_named = |set: &SetDefinition| set.kind == other && set.name.eq_ignore_ascii_case(name);
+        let is_set = self.bodies[body].scope.sets.iter().any(is_named);
+        let is_surface = self.surface_known(body, name);
+        match (is_set, is_surface) {
+            (true, _) => of_other_kind(group, what, name, a_set, origin),
+            (_, true) => of_other_kind(group, what, name, "a surface", origin),
+            _ => {
+                let of_kind = |set: &&SetDefinition| set.kind == kind;
+                self.missing_name(group, "set", name, origin, |scope| {
+                    scope.sets.iter().filter(of_kind).map(|set| set.name.as_str()).collect()
+                })
+            }
+        }
+    }
+
+    fn missing_surface(&self, body: usize, group: &str, name: &str, origin: Origin) -> Located {
+        let is_named = |set: &&SetDefinition| set.name.eq_ignore_ascii_case(name);
+        match self.bodies[body].scope.sets.iter().find(is_named).map(|set| set.kind) {
+            Some(SetKind::Nodes) => of_other_kind(group, "surface", name, "a node set", origin),
+            Some(SetKind::Elements) => of_other_kind(group, "surface", name, "an element set", origin),
+            None => self.missing_name(group, "surface", name, origin, |scope| {
+                scope.surfaces.iter().map(|surface| surface.name.as_str()).collect()
+            }),
+        }
+    }
+
+    fn surface_known(&self, body: usize, name: &str) -> bool {
+        self.bodies[body].scope.surfaces.iter().any(|surface| surface.name.eq_ignore_ascii_case(name))
+    }
+
+    /// That a name is not there, and which instances have it.
+    fn missing_name(
+        &self,
+        group: &str,
+        what: &'static str,
+        name: &str,
+        origin: Origin,
+        names: impl Fn(&'a Scope) -> Vec<&'a str>,
+    ) -> Located {
+        let own = name.rsplit_once('.').map_or(name, |(_, own)| own);
+        let has = |body: &&Body<'a>| names(body.scope).iter().any(|other| other.eq_ignore_ascii_case(own));
+        let full: Vec<String> = self.bodies[..self.instance_count]
+            .iter()
+            .filter(has)
+            .filter_map(|body| Some(format!("{}.{own}", body.instance.as_ref()?)))
+            .collect();
+        let hint = if full.is_empty() { String::new() } else { format!("; it has {}", and_more(full)) };
+        let (group, label) = (group.to_owned(), name.to_owned());
+        origin.fail(Problem::MissingMember { group, what, label, hint })
     }
 
     /// The element at a place, and its body.
@@ -389,37 +527,66 @@ impl<'a> GroupMaker<'a> {
 
     /// The surfaces of a body, whose groups begin with the given one. A set of shells gives way to a surface of its name.
     fn surfaces(&mut self, body: usize, first_group: usize) -> Result<(), Located> {
-        let mut found: HashMap<String, Vec<Face>> = HashMap::new();
-        let mut order = Vec::new();
+        // a surface may be written in several pieces, and name others wherever they are written
+        let mut order: Vec<(String, &String)> = Vec::new();
+        let mut pieces: Vec<Vec<&SurfaceDefinition>> = Vec::new();
+        let mut position = HashMap::new();
         for surface in &self.bodies[body].scope.surfaces {
+            let key = surface.name.to_ascii_uppercase();
+            let at = *position.entry(key.clone()).or_insert(pieces.len());
+            if at == pieces.len() {
+                pieces.push(Vec::new());
+                order.push((key, &surface.name));
+            }
+            pieces[at].push(surface);
+        }
+        let needed = |surface: &SurfaceDefinition| -> Vec<usize> {
+            let own = |name: &str| position.get(&name.to_ascii_uppercase()).copied();
+            match &surface.content {
+                SurfaceContent::Union(names) => names.iter().filter_map(|name| own(name)).collect(),
+                SurfaceContent::Faces(members) => {
+                    let names = members.iter().filter_map(|member| match member {
+                        (Members::Named(name), FaceChoice::Free) => Some(name),
+                        _ => None,
+                    });
+                    let is_set = |name: &str| self.set(body, &self.sets[body], SetKind::Elements, name, None).is_some();
+                    names.filter(|name| !is_set(name)).filter_map(|name| own(name)).collect()
+                }
+            }
+        };
+        let needs: Vec<Vec<usize>> =
+            pieces.iter().map(|pieces| pieces.iter().flat_map(|surface| needed(surface)).collect()).collect();
+        let sequence = in_order(&needs).map_err(|at| in_a_circle(&pieces[at][0].name, pieces[at][0].origin))?;
+        self.surface_faces.push(HashMap::new());
+        for surface in sequence.into_iter().flat_map(|at| &pieces[at]) {
             let faces = match &surface.content {
                 SurfaceContent::Faces(members) => self.faces(body, surface, members)?,
                 SurfaceContent::Union(names) => {
                     let mut all = Vec::new();
                     for name in names {
-                        let faces = found.get(&name.to_ascii_uppercase());
-                        let faces = faces.ok_or_else(|| missing(&surface.name, "surface", name, surface.origin))?;
+                        let faces = self.surface(body, name);
+                        let faces =
+                            faces.ok_or_else(|| self.missing_surface(body, &surface.name, name, surface.origin))?;
                         self.take_room(faces.len(), surface.origin)?;
                         all.extend(faces);
                     }
                     all
                 }
             };
-            let key = surface.name.to_ascii_uppercase();
-            if !found.contains_key(&key) {
-                order.push((key.clone(), &surface.name));
-            }
-            found.entry(key).or_default().extend(faces);
+            self.surface_faces[body].entry(surface.name.to_ascii_uppercase()).or_default().extend(faces);
         }
         let tail = self.groups.split_off(first_group);
         let gives_way = |group: &Group| {
-            let faces = found.get(&group.name.to_ascii_uppercase());
+            let faces = self.surface_faces[body].get(&group.name.to_ascii_uppercase());
             group.kind == GroupKind::Surface && faces.is_some_and(|faces| !faces.is_empty())
         };
         self.groups.extend(tail.into_iter().filter(|group| !gives_way(group)));
         for (key, name) in order {
             let name = self.spellings.entry(key.clone()).or_insert_with(|| name.clone()).clone();
-            let faces = found.remove(&key).unwrap_or_default();
+            // those of the last body, which is outside of all parts, nobody names any more
+            let known = &mut self.surface_faces[body];
+            let faces = if body < self.instance_count { known.get(&key).cloned() } else { known.remove(&key) };
+            let faces = faces.unwrap_or_default();
             if faces.is_empty() {
                 self.without_members.push(name);
                 continue;
@@ -446,6 +613,14 @@ impl<'a> GroupMaker<'a> {
         };
         let (mut faces, mut candidates, mut no_faces) = (Vec::new(), Vec::new(), 0);
         for (member, choice) in members {
+            if let (Members::Named(other), FaceChoice::Free) = (member, choice)
+                && self.set(body, &self.sets[body], SetKind::Elements, other, None).is_none()
+                && let Some(of_surface) = self.surface(body, other)
+            {
+                self.take_room(of_surface.len(), *origin)?;
+                faces.extend(of_surface);
+                continue;
+            }
             let mut places = Vec::new();
             self.places(body, &self.sets[body], member, &as_set, &mut places)?;
             for place in places {
@@ -515,15 +690,60 @@ pub(super) fn member(origin: Origin, field: &str) -> Result<Members, Located> {
         return Ok(Members::One(label));
     }
     let name = unquoted(field);
-    let own = name.rsplit_once('.').map_or(name, |(_, own)| own);
+    let own = name.rsplit_once('.').map_or(&*name, |(_, own)| own);
     let is_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+');
     if own.is_empty() || name == field && is_number(own) && own.parse::<u64>().is_err() {
         let found = crate::error::excerpt(field.as_bytes());
         return Err(origin.fail(Problem::NotANumber { what: "a member of a set", found }));
     }
-    Ok(Members::Named(checked_name(origin, name)?.into()))
+    Ok(Members::Named(checked_name(origin, &name)?.into()))
+}
+
+fn labels_of(scope: &Scope, kind: SetKind) -> Vec<u64> {
+    match kind {
+        SetKind::Nodes => scope.node_labels.clone(),
+        SetKind::Elements => scope.elements.iter().map(|element| element.label).collect(),
+    }
 }
 
 fn missing(group: &str, what: &'static str, label: &str, origin: Origin) -> Located {
-    origin.fail(Problem::MissingMember { group: group.to_owned(), what, label: label.to_owned() })
+    let (group, label, hint) = (group.to_owned(), label.to_owned(), String::new());
+    origin.fail(Problem::MissingMember { group, what, label, hint })
+}
+
+fn of_other_kind(group: &str, what: &str, name: &str, is: &str, origin: Origin) -> Located {
+    let message = format!("\"{group}\" refers to the {what} {name}, but {name} is {is}");
+    origin.fail(Problem::Syntax { message })
+}
+
+fn in_a_circle(name: &str, origin: Origin) -> Located {
+    let message = format!("\"{name}\" is made of what is made of it, or of what names itself so");
+    origin.fail(Problem::Syntax { message })
+}
+
+/// An order in which each comes behind all that it needs but itself; one of a circle where there is none.
+fn in_order(needs: &[Vec<usize>]) -> Result<Vec<usize>, usize> {
+    let mut missing = vec![0_usize; needs.len()];
+    let mut needed_by = vec![Vec::new(); needs.len()];
+    for (at, needs) in needs.iter().enumerate() {
+        for &need in needs.iter().filter(|&&need| need != at) {
+            missing[at] += 1;
+            needed_by[need].push(at);
+        }
+    }
+    let mut order: Vec<usize> = (0..needs.len()).filter(|&at| missing[at] == 0).collect();
+    let mut done = 0;
+    while let Some(&at) = order.get(done) {
+        done += 1;
+        for &other in &needed_by[at] {
+            missing[other] -= 1;
+            if missing[other] == 0 {
+                order.push(other);
+            }
+        }
+    }
+    match missing.iter().position(|&missing| missing > 0) {
+        None => Ok(order),
+        Some(at) => Err(at),
+    }
 }

@@ -46,6 +46,9 @@ pub(super) fn read(mut cursor: Cursor, format: String) -> Result<MeshFile, Locat
             return Err(Problem::MissingSection { section, before: "" }.at(Place::File));
         }
     }
+    if assembly.elements.is_empty() {
+        return Err(Problem::NoVolume.at(Place::File));
+    }
     assembly.groups = physical.finish(&mut assembly.warnings);
     assembly.finish(format).map_err(|problem| problem.at(Place::File))
 }

@@ -88,7 +88,7 @@ pub(super) fn read(mut cursor: Cursor, version: Version, format: String) -> Resu
     let elements = elements.ok_or_else(|| missing("Elements"))?;
     refuse_unsupported(&elements, &entity_groups)?;
     if nodes.labels.is_empty() || elements.iter().all(|block| block.count == 0) {
-        return Err(Problem::Mesh(estar_mesh::MeshError::NoElements).at(Place::File));
+        return Err(Problem::NoVolume.at(Place::File));
     }
 
     let index = LabelIndex::of_nodes(&nodes.labels).map_err(|problem| problem.at(Place::File))?;
@@ -132,6 +132,9 @@ pub(super) fn read(mut cursor: Cursor, version: Version, format: String) -> Resu
             }
             Use::Unsupported => {}
         }
+    }
+    if assembly.elements.is_empty() {
+        return Err(Problem::NoVolume.at(Place::File));
     }
     assembly.groups = physical.finish(&mut assembly.warnings);
     assembly.finish(format).map_err(|problem| problem.at(Place::File))
