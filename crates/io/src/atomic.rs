@@ -26,7 +26,12 @@ impl AtomicFile {
         let mut name: OsString = path.as_os_str().to_owned();
         name.push(PARTIAL);
         let partial = PathBuf::from(name);
-        let file = BufWriter::with_capacity(1 << 18, create_ordinary(&partial)?);
+        // the message names the file that the user asked for, which is another
+        let told = |error: io::Error| {
+            let name = partial.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            io::Error::new(error.kind(), format!("{name}, as which it is written first: {error}"))
+        };
+        let file = BufWriter::with_capacity(1 << 18, create_ordinary(&partial).map_err(told)?);
         Ok(Self { path: path.to_owned(), partial, file: Some(file) })
     }
 
@@ -133,6 +138,20 @@ mod tests {
         file.commit().unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_in_the_way_is_named_as_the_file_that_it_is() {
+        let folder = TestFolder::new();
+        let path = folder.path().join("summary.json");
+        std::os::unix::fs::symlink(folder.path().join("elsewhere"), folder.path().join("summary.json.partial"))
+            .unwrap();
+        let error = write_atomically(&path, b"new").unwrap_err().to_string();
+        assert!(
+            error.starts_with("summary.json.partial, as which it is written first: a link is in its place"),
+            "{error}"
+        );
     }
 
     #[test]
