@@ -349,6 +349,28 @@ fn stopped_and_resumed_is_straight_on_any_threads_and_lanes() {
 }
 
 #[test]
+fn a_run_that_goes_on_counts_the_steps_that_are_left() {
+    let workshop = Workshop::new(TAYLOR);
+    let steps_told = |said: &Output, behind: &str| -> u64 {
+        let text = text(said);
+        let line = text.lines().find(|line| line.contains(behind)).unwrap_or_else(|| panic!("{text}"));
+        let told = line.split("about ").nth(1).unwrap().split(behind).next().unwrap();
+        told.replace(' ', "").parse().unwrap()
+    };
+    let until = |stop: &str| {
+        let arguments = ["run", "deck.toml", "--output", "r", "--resume", "--stop-at-step", stop];
+        workshop.estar(&[&arguments[..], &NEVER[..]].concat())
+    };
+    workshop.run_well("r", &[&["--stop-at-step", "1"], &NEVER[..]].concat());
+    let all = steps_told(&until("2"), " more steps if it stays so");
+    until(&(3 * all / 4).to_string());
+    let gone_on = until(&all.to_string());
+    let left = steps_told(&gone_on, " more steps if it stays so");
+    assert!((all / 8..all / 2).contains(&left), "{all} in all, {left} after three quarters: {}", text(&gone_on));
+    assert!(text(&gone_on).contains(" s of it done; next step "), "{}", text(&gone_on));
+}
+
+#[test]
 fn the_newest_two_checkpoints_are_kept_and_a_damaged_one_is_passed_over() {
     let workshop = Workshop::new(TAYLOR);
     let straight = workshop.straight();

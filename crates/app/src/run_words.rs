@@ -46,14 +46,17 @@ pub fn announcement(problem: &Problem, simulation: &Simulation, threads: usize, 
     if added > 0.0 {
         let _ = write!(text, "\n  scaling    {added:.6e} kg added by mass scaling");
     }
-    let _ = write!(
-        text,
-        "\n  mass       {:.6e} kg\n  time       {:.6e} s, first step {:.4e} s, about {} steps if it stays so",
-        problem.parts.iter().map(|part| part.mass).sum::<f64>(),
-        simulation.end_time(),
-        time_step,
-        count((simulation.end_time() / time_step).ceil())
-    );
+    let (end, time) = (simulation.end_time(), simulation.time());
+    let steps = count(((end - time) / time_step).ceil());
+    let mass = problem.parts.iter().map(|part| part.mass).sum::<f64>();
+    let _ = write!(text, "\n  mass       {mass:.6e} kg\n  time       {end:.6e} s, ");
+    let _ = match simulation.step() {
+        0 => write!(text, "first step {time_step:.4e} s, about {steps} steps if it stays so"),
+        _ => write!(
+            text,
+            "{time:.6e} s of it done; next step {time_step:.4e} s, about {steps} more steps if it stays so"
+        ),
+    };
     if let TimeStep::Power { interval } = problem.model.settings.time_step {
         let gain = 100.0 * (simulation.extremes().stable_time_step / simulation.element_time_step() - 1.0);
         let _ = write!(
@@ -94,6 +97,8 @@ pub fn conclusion(summary: &Summary, probes: &[Probe], directory: &Path) -> Stri
         ("of it by friction", energies.friction_energy),
         ("damping", energies.damping_energy),
         ("motion of added mass", energies.mass_scaling_energy),
+        ("time integration", energies.integration_energy),
+        ("brought along", energies.initial_kinetic_energy),
     ];
     for (name, value) in rows.iter().filter(|(_, value)| *value != 0.0) {
         let _ = writeln!(text, "  {name:<20} {value:>14.6e} J");
