@@ -302,6 +302,12 @@ fn info(file: &Path) -> Result<(), Failure> {
     let mut text = String::new();
     let _ = writeln!(text, "{} ({})", file.display(), read.format);
     let _ = writeln!(text, "  {} nodes, {}", mesh.node_count(), format::elements(mesh, |number| number.to_string()));
+    let _ = writeln!(
+        text,
+        "  numbers: nodes {}; elements {}",
+        format::ranges(mesh.node_labels().iter().map(|node| node.0)),
+        format::ranges(mesh.element_labels().iter().map(|element| element.0))
+    );
     let [low, high] = mesh.extent();
     for (axis, name) in ["x", "y", "z"].iter().enumerate() {
         let _ = writeln!(text, "  {name} from {:.6e} to {:.6e}", low[axis], high[axis]);
@@ -312,10 +318,11 @@ fn info(file: &Path) -> Result<(), Failure> {
     for (group, name) in mesh.groups().iter().zip(&names) {
         let members = match (group.elements.len(), group.faces.len()) {
             (0, 0) => String::new(),
-            (0, faces) => format!("{faces} faces, "),
-            (elements, _) => format!("{elements} elements, "),
+            (0, faces) => format!("{}, ", format::number_of(faces, "face", "faces")),
+            (elements, _) => format!("{}, ", format::number_of(elements, "element", "elements")),
         };
-        let _ = writeln!(text, "    {name:width$}  {:8} {members}{} nodes", group.kind, group.nodes.len());
+        let nodes = format::number_of(group.nodes.len(), "node", "nodes");
+        let _ = writeln!(text, "    {name:width$}  {:8} {members}{nodes}", group.kind);
     }
     let quality = QualityReport::new(mesh);
     let _ = write!(text, "  quality: {}", quality.summary());

@@ -70,8 +70,36 @@ pub fn bytes(number: f64) -> String {
 
 /// How many elements there are of each shape, in words.
 pub fn elements(mesh: &estar_mesh::Mesh, number: impl Fn(usize) -> String) -> String {
-    let of_shape = |(shape, count): (estar_mesh::Shape, usize)| format!("{} {}", number(count), shape.plural());
+    let of_shape = |(shape, count): (estar_mesh::Shape, usize)| {
+        format!("{} {}", number(count), if count == 1 { shape.singular() } else { shape.plural() })
+    };
     mesh.elements().counts().map(of_shape).collect::<Vec<_>>().join(", ")
+}
+
+/// Numbers as the ranges that they make: `29 to 172`, `1, 5 to 8`; of many ranges the first three and the last.
+pub fn ranges(numbers: impl IntoIterator<Item = u64>) -> String {
+    const MOST_SHOWN: usize = 4;
+    let mut numbers: Vec<u64> = numbers.into_iter().collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let range = |run: &[u64]| match run {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first, .., last] => format!("{first} to {last}"),
+    };
+    let runs: Vec<&[u64]> = numbers.chunk_by(|one, next| next - one == 1).collect();
+    match runs.split_last() {
+        Some((last, rest)) if runs.len() > MOST_SHOWN => {
+            let shown: Vec<String> = rest[..MOST_SHOWN - 1].iter().map(|run| range(run)).collect();
+            format!("{}, ... (with {} gaps more), {}", shown.join(", "), rest.len() + 1 - MOST_SHOWN, range(last))
+        }
+        _ => runs.into_iter().map(range).collect::<Vec<_>>().join(", "),
+    }
+}
+
+/// A count with its noun: `1 face`, `12 faces`.
+pub fn number_of(count: usize, one: &str, many: &str) -> String {
+    if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
 }
 
 /// Characters of a column of names, in which a name that is longer than most stands out.
@@ -108,5 +136,14 @@ mod tests {
         );
         assert_eq!(digits(189_933.9, 6), "1.89934e5");
         assert_eq!(short(f64::NAN), "NaN");
+    }
+
+    #[test]
+    fn numbers_in_a_row_are_a_range() {
+        assert_eq!(ranges(29..=172), "29 to 172");
+        assert_eq!(ranges([8, 1, 7, 5, 6, 5]), "1, 5 to 8");
+        assert_eq!(ranges([]), "");
+        assert_eq!(ranges([u64::MAX, 0, u64::MAX - 1]), format!("0, {} to {}", u64::MAX - 1, u64::MAX));
+        assert_eq!(ranges((0..20).map(|number| 10 * number)), "0, 10, 20, ... (with 16 gaps more), 190");
     }
 }

@@ -64,7 +64,7 @@ deck_variants! {
             /// Its component: x, y, z or magnitude.
             component: At<Component> = optional,
         }
-        /// A field in one hex.
+        /// A field in one element.
         Element = "element" {
             /// Its number in the mesh file.
             label: At<Count> = required,

@@ -170,10 +170,10 @@ impl FromDeck for CheckpointEvery {
 deck_choice! { Field {
     "displacement" => Field::Displacement, "of nodes, m";
     "velocity" => Field::Velocity, "of nodes, m/s";
-    "cauchy_stress" => Field::CauchyStress, "mean over the hex: XX YY ZZ XY YZ XZ, Pa";
-    "equivalent_plastic_strain" => Field::EquivalentPlasticStrain, "mean over the hex";
-    "temperature" => Field::Temperature, "mean over the hex, K; not a number where the material has none";
-    "von_mises_stress" => Field::VonMisesStress, "mean over the hex, Pa";
+    "cauchy_stress" => Field::CauchyStress, "mean over the element: XX YY ZZ XY YZ XZ, Pa";
+    "equivalent_plastic_strain" => Field::EquivalentPlasticStrain, "mean over the element";
+    "temperature" => Field::Temperature, "mean over the element, K; not a number where the material has none";
+    "von_mises_stress" => Field::VonMisesStress, "mean over the element, Pa";
     "pressure" => Field::Pressure, "minus a third of the stress's trace, mean over the element, of a `tet4` over its neighbourhood, Pa";
     "volume_ratio" => Field::VolumeRatio, "current over first volume: at the centre of a hex, of the whole of a `tet10`, of the neighbourhood of a `tet4`";
 } }

@@ -67,6 +67,17 @@ impl Shape {
         }
     }
 
+    /// What one of it is called.
+    pub const fn singular(self) -> &'static str {
+        match self {
+            Self::Hex8 => "hex",
+            Self::Wedge6 => "wedge",
+            Self::Pyramid5 => "pyramid",
+            Self::Tet4 => "4-node tet",
+            Self::Tet10 => "10-node tet",
+        }
+    }
+
     /// The nodes of each face, such that the right-hand normal points out of the element; the middles of edges follow the
     /// corners.
     pub const fn faces(self) -> &'static [&'static [usize]] {

@@ -1,6 +1,6 @@
 //! Where elements of a mesh lie on one another without being joined, in words: for `check`, `run` and `mesh info`.
 
-use estar_deck::format::short;
+use estar_deck::format::{number_of, short};
 use estar_mesh::conformity::{Conformity, MismatchKind};
 
 /// Something about a mesh that is probably not meant.
@@ -33,26 +33,27 @@ fn coincident(found: &Conformity, unit: &str) -> Option<Doubt> {
     let apart = if largest == 0.0 { "exactly".to_owned() } else { format!("within {}", length(largest, unit)) };
     let message = format!(
         "{} {apart} at the place of another without being joined to it, such as node {} and node {} at {}",
-        number(found.coincident.len(), "node lies", "nodes lie"),
+        number_of(found.coincident.len(), "node lies", "nodes lie"),
         first.other,
         first.node,
         place(&first.position, unit)
     );
-    let tolerance = if largest == 0.0 { ten_to_the(1e-6 * shortest) } else { 10.0 * ten_to_the(2.0 * largest) };
+    // above the distance by a factor of 2 to 20, and far below an edge
+    let exponent = match largest {
+        0.0 => (1e-6 * shortest).log10().floor(),
+        _ => (2.0 * largest).log10().ceil(),
+    };
+    let joins = match unit {
+        "m" => format!("`merge = \"1e{exponent} m\"` in [mesh] joins these nodes"),
+        // of a file without a deck nobody knows the unit
+        _ => format!(
+            "`merge` in [mesh] joins these nodes (\"1e{exponent} m\" of a file in m, \"1e{exponent} mm\" of one in mm)"
+        ),
+    };
     let help = format!(
-        "the mesh is not connected there: `merge = \"{}\"` in [mesh] joins these nodes, and meshers can, too (in Gmsh: Coherence Mesh); \
-         without that they come apart freely",
-        match unit {
-            "m" => format!("{tolerance:e} m"),
-            _ => "1e-6 mm".to_owned(),
-        }
+        "the mesh is not connected there: {joins}, and meshers can, too (in Gmsh: Coherence Mesh); without that they come apart freely"
     );
     Some(Doubt { message, help })
-}
-
-/// The power of ten that is not greater.
-fn ten_to_the(value: f64) -> f64 {
-    format!("1e{}", value.log10().floor()).parse().unwrap_or(value)
 }
 
 fn mismatches(found: &Conformity, unit: &str) -> Option<Doubt> {
@@ -72,7 +73,7 @@ fn mismatches(found: &Conformity, unit: &str) -> Option<Doubt> {
     ];
     let of_kind = |&(kind, one, many): &(MismatchKind, &str, &str)| {
         let count = found.mismatches.iter().filter(|mismatch| mismatch.kind == kind).count();
-        (count > 0).then(|| number(count, one, many))
+        (count > 0).then(|| number_of(count, one, many))
     };
     let counted: Vec<String> = kinds.iter().filter_map(of_kind).collect();
     let message = format!(
@@ -92,7 +93,7 @@ fn hanging(found: &Conformity, unit: &str) -> Option<Doubt> {
     let first = hanging.first()?;
     let message = format!(
         "{} on a face or an edge of an element that does not have it (a hanging node), such as node {} on element {} at {}",
-        number(hanging.len(), "node lies", "nodes lie"),
+        number_of(hanging.len(), "node lies", "nodes lie"),
         first.node,
         first.element,
         place(&first.position, unit)
@@ -106,7 +107,7 @@ fn between_bodies(found: &Conformity, unit: &str) -> Option<Doubt> {
     let first = hanging.first()?;
     let message = format!(
         "{} on a face of another body that does not have it, such as node {} on element {} at {}",
-        number(hanging.len(), "node of one body lies", "nodes of one body lie"),
+        number_of(hanging.len(), "node of one body lies", "nodes of one body lie"),
         first.node,
         first.element,
         place(&first.position, unit)
@@ -120,17 +121,12 @@ fn hinges(found: &Conformity, unit: &str) -> Option<Doubt> {
     let first = found.hinges.first()?;
     let message = format!(
         "{} pieces of a body that share no face, such as node {} at {}",
-        number(found.hinges.len(), "node alone holds together", "nodes alone hold together"),
+        number_of(found.hinges.len(), "node alone holds together", "nodes alone hold together"),
         first.node,
         place(&first.position, unit)
     );
     let help = "a shared node or edge is a hinge without stiffness: join the pieces by whole faces, or part them";
     Some(Doubt { message, help: help.to_owned() })
-}
-
-/// A count with its noun.
-fn number(count: usize, one: &str, many: &str) -> String {
-    if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
 }
 
 /// A length with its unit.

@@ -5,6 +5,7 @@ use estar_deck::Deck;
 use estar_deck::decoder::At;
 use estar_deck::diagnostics::{Diagnostic, Diagnostics, Span, listed};
 use estar_deck::fields::{Component, ProbeField};
+use estar_deck::format::ranges;
 use estar_deck::history_column;
 use estar_deck::model::RigidWallTable;
 use estar_deck::names::{GroupName, OfNodes};
@@ -130,19 +131,20 @@ impl Resolver<'_> {
             }
             ProbeKind::Element { label, field, component } => {
                 let labels = self.mesh.element_labels();
-                let hex = labels.iter().position(|hex| hex.0 == label.value.0);
-                if hex.is_none() {
-                    let message = format!("the mesh has no hex with the number {}", label.value.0);
-                    self.diagnostics.push(Diagnostic::error(message).at(label.span, "no such hex"));
+                let element = labels.iter().position(|element| element.0 == label.value.0);
+                if element.is_none() {
+                    let message = format!("the mesh has no element with the number {}", label.value.0);
+                    let help = format!("its elements are {}", ranges(labels.iter().map(|element| element.0)));
+                    self.diagnostics.push(Diagnostic::error(message).at(label.span, "no such element").help(help));
                 }
                 if field.value.is_nodal() {
                     self.wrong_place(field.span, "an element", "a field of elements, such as von_mises_stress");
                     return None;
                 }
                 let component = self.component(field, component)?;
-                let hex = hex? as u32;
-                self.check_temperature(field, &[hex]);
-                Some(What::Mean { field: field.value, component, weights: vec![(hex, 1.0)] })
+                let element = element? as u32;
+                self.check_temperature(field, &[element]);
+                Some(What::Mean { field: field.value, component, weights: vec![(element, 1.0)] })
             }
             ProbeKind::GroupAverage { group, field, component } => {
                 let component = self.component(field, component)?;
@@ -198,7 +200,8 @@ impl Resolver<'_> {
         let node = self.mesh.node_labels().iter().position(|node| node.0 == label);
         if node.is_none() {
             let message = format!("the mesh has no node with the number {label}");
-            self.diagnostics.push(Diagnostic::error(message).at(span, "no such node"));
+            let help = format!("its nodes are {}", ranges(self.mesh.node_labels().iter().map(|node| node.0)));
+            self.diagnostics.push(Diagnostic::error(message).at(span, "no such node").help(help));
         }
         node.map(|node| node as u32)
     }
@@ -238,14 +241,14 @@ impl Resolver<'_> {
         None
     }
 
-    /// Every hex whose temperature is asked for must have one.
-    fn check_temperature(&mut self, field: &At<ProbeField>, hexes: &[u32]) {
+    /// Every element whose temperature is asked for must have one.
+    fn check_temperature(&mut self, field: &At<ProbeField>, elements: &[u32]) {
         if field.value != ProbeField::Temperature {
             return;
         }
         let cold = self.parts.iter().find(|part| {
-            let of_part = |hex: &u32| part.elements.binary_search(hex).is_ok();
-            !part.material.has_temperature() && hexes.iter().any(of_part)
+            let of_part = |element: &u32| part.elements.binary_search(element).is_ok();
+            !part.material.has_temperature() && elements.iter().any(of_part)
         });
         if cold.is_some() {
             let diagnostic = Diagnostic::error("this probe asks for the temperature of a material that has none");
