@@ -139,6 +139,7 @@ fn wrong_probes_are_told_all_at_once() {
         probe("e", "kind = \"maximum\"\ngroup = \"box\"\nfield = \"velocity\""),
         probe("f", "kind = \"maximum\"\ngroup = \"box\"\nfield = \"pressure\"\ncomponent = \"x\""),
         probe("g", "kind = \"element\"\nlabel = 1\nfield = \"cauchy_stress\"\ncomponent = \"x\""),
+        probe("h", "kind = \"element\"\nlabel = 99\nfield = \"pressure\""),
         probe("time", "kind = \"extent\"\ngroup = \"box\"\naxis = \"x\""),
         "[[expect]]\nprobe = \"time\"\nvalue = \"3 N\"\ntolerance = \"1 %\"\nat = \"1 s\"\n".to_owned(),
     ];
@@ -146,6 +147,9 @@ fn wrong_probes_are_told_all_at_once() {
         2,
         &[
             "the mesh has no node with the number 999",
+            "its nodes are 1 to 27",
+            "the mesh has no element with the number 99",
+            "its elements are 1 to 8",
             "the group `x_min` has 9 nodes",
             "does not live on an element",
             "is a surface, but the field lives on elements",
@@ -583,6 +587,13 @@ fn check_says_what_a_run_would_be() {
         assert!(said.text.contains(part), "{part}: {}", said.text);
     }
     assert!(!workshop.path("deck").exists());
+    assert!(said.text.contains("output     about 5 frames, about"), "rows of steps are not known: {}", said.text);
+    for (output, told) in
+        [("{ frames = 4 }", "output     5 frames, at most"), ("{ every = \"1e-300 s\" }", " frames, about ")]
+    {
+        let said = workshop.estar(&["check", "deck.toml", "--set", &format!("output={output}")]);
+        assert!(said.code == 0 && said.text.contains(told), "{told}: {}", said.text);
+    }
 
     let said = workshop.estar(&["check", "deck.toml", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&said.text).unwrap();
@@ -621,7 +632,7 @@ fn meshes_are_made_and_described() {
     mesh(&["cylinder", "--output", "full.msh", "--full", "--radius", "3mm", "--ascii"]).assert(0, &[]);
     mesh(&["necking-bar", "--output", "bar.msh", "--grading", "4"]).assert(0, &[]);
     for (file, parts) in [
-        ("box.msh", ["8 hexes", "27 nodes", "x_max", "volume"]),
+        ("box.msh", ["8 hexes", "27 nodes", "x_max", "numbers: nodes 1 to 27; elements 1 to 8"]),
         ("quarter.msh", ["symmetry_x", "foot", "top", "bar"]),
         ("full.msh", ["Gmsh 4.1, ASCII", "axis", "side", "from -3.000000e-3 to 3.000000e-3"]),
         ("bar.msh", ["neck", "grip", "symmetry_z", "scaled Jacobian"]),
@@ -630,6 +641,13 @@ fn meshes_are_made_and_described() {
         said.assert(0, &[]);
         assert!(parts.iter().all(|part| said.text.to_lowercase().contains(&part.to_lowercase())), "{}", said.text);
     }
+    mesh(&["box", "--output", "one.msh", "--cells", "1", "1", "1"]).assert(0, &[]);
+    let said = mesh(&["info", "one.msh"]);
+    let one = ["8 nodes, 1 hex\n", "1 element, 8 nodes", "1 face, 4 nodes"];
+    assert!(said.code == 0 && one.iter().all(|part| said.text.contains(part)), "{}", said.text);
+    workshop.write("deck.toml", DECK);
+    mesh(&["info", "deck.toml"]).assert(2, &["a deck, not a mesh", "`estar check`"]);
+    workshop.estar(&["run", "box.msh"]).assert(2, &["box.msh: this is a mesh; `estar mesh info`", "`file` in [mesh]"]);
     mesh(&["box", "--output", "box.msh"]).assert(2, &["is there already", "--force"]);
     mesh(&["box", "--output", "b.msh", "--cells", "0", "1", "1"]).assert(2, &["cells in x"]);
     mesh(&["box", "--output", "b.msh", "--size", "1kg", "1", "1"]).assert(2, &["a length is needed"]);
@@ -1086,6 +1104,9 @@ fn plots_that_cannot_be_are_refused_with_what_would_be_right() {
     refused(&["deck", "--field", "velocities"], 2, &["no field `velocities`", "did you mean `velocity`?"]);
     refused(&["deck", "--field", "velocity", "--component", "xx"], 2, &["no component `xx`", "`x`, `y`, `z`"]);
     refused(&["deck", "--field", "pressure", "--component", "x"], 2, &["it is one number"]);
+    let tensor = ["`cauchy_stress` is a tensor: --component says which", "`xx`", "von_mises_stress and pressure"];
+    refused(&["deck", "--field", "cauchy_stress"], 2, &tensor);
+    refused(&["deck", "--field", "cauchy_stress", "--component", "zz"], 0, &[]);
     refused(&["deck", "--view", "above"], 2, &["iso, x, y, z"]);
     refused(&["deck", "--range", "2,1"], 2, &["the smaller first"]);
     refused(&["deck", "--size", "10x10"], 2, &["from 64 to 8192"]);
@@ -1141,6 +1162,38 @@ fn a_mesh_is_converted_for_paraview_with_its_groups() {
     workshop.estar(&["convert", "nowhere.msh"]).assert(4, &["nowhere.msh"]);
     workshop.write("text.msh", "no mesh");
     workshop.estar(&["convert", "text.msh"]).assert(2, &["text.msh"]);
+}
+
+#[test]
+fn the_rows_that_a_run_prints_add_up_to_its_imbalance() {
+    let workshop = Workshop::new();
+    let loads = "[[gravity]]\nacceleration = [0, 0, -10]\n[[rigid_wall]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nfriction = 0.2\n\
+                 [[traction]]\ngroup = \"x_max\"\ndirection = [0, 3, 0]\ncurve = [[0, 500], [1e-3, 5e6]]\n";
+    let said = workshop.run(loads, &[]);
+    said.assert(0, &[]);
+    let row = |name: &str| {
+        let line = said.text.lines().find(|line| line.trim_start().starts_with(name));
+        line.map_or(0.0, |line| line.trim_end_matches(" J").rsplit(' ').next().unwrap().parse::<f64>().unwrap())
+    };
+    let held = ["kinetic energy", "internal energy", "deleted elements", "bulk viscosity", "hourglass control"];
+    let taken = ["contact", "damping", "time integration"];
+    let came_in = row("external work") + row("brought along");
+    let imbalance = held.iter().chain(&taken).map(|name| row(name)).sum::<f64>() - came_in;
+    assert_ne!(row("time integration"), 0.0, "{}", said.text);
+    let energies = &workshop.summary()["energies"];
+    assert!(
+        (row("time integration") - energies["integration_energy"].as_f64().unwrap()).abs()
+            <= 1e-6 * row("time integration").abs()
+    );
+    // rows have seven digits
+    let largest = row("kinetic energy").max(row("internal energy")).max(came_in.abs());
+    let error = said.text.lines().find(|line| line.trim_start().starts_with("energy error")).unwrap();
+    let error: f64 = error.trim_end_matches(" %").rsplit(' ').next().unwrap().parse().unwrap();
+    assert!(
+        (imbalance / largest - error / 100.0).abs() < 2e-6 + 1e-2 * (error / 100.0).abs(),
+        "{imbalance} {largest} {}",
+        said.text
+    );
 }
 
 #[test]

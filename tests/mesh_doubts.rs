@@ -142,6 +142,37 @@ fn unmerged_nodes_are_warned_of_and_merged_on_demand() {
 }
 
 #[test]
+fn the_merge_that_is_advised_joins_the_nodes() {
+    let workshop = Workshop::new();
+    let cubes = |gap: f64| {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let heights = [0.0, 1.0, 1.0 + gap, 2.0 + gap];
+        let nodes = heights.iter().flat_map(|z| square.map(|[x, y]| format!("{x}, {y}, {z:?}")));
+        let nodes: String = nodes.enumerate().map(|(index, place)| format!("{}, {place}\n", index + 1)).collect();
+        format!("*NODE\n{nodes}*ELEMENT, TYPE=C3D8\n1, 1, 2, 3, 4, 5, 6, 7, 8\n2, 9, 10, 11, 12, 13, 14, 15, 16\n")
+    };
+    let deck =
+        |merge: &str| format!("[mesh]\nfile = \"cubes.inp\"\n{merge}\n{STEEL}{}[time]\nend = \"1 us\"\n", part("all"));
+    for (gap, advised) in [(0.0, "1e-6 m"), (5e-4, "1e-3 m"), (6e-4, "1e-2 m"), (1e-6, "1e-5 m")] {
+        workshop.write("cubes.inp", &cubes(gap));
+        workshop.write("deck.toml", &deck(""));
+        let said = workshop.estar(&["check", "deck.toml"]);
+        said.assert(0, &["the mesh is not connected there"]);
+        let merge = said.errors.split('`').find(|part| part.starts_with("merge = ")).unwrap().to_owned();
+        let info = workshop.estar(&["mesh", "info", "cubes.inp"]);
+        let millimetres = advised.replace(" m", " mm");
+        let told = format!("(\"{advised}\" of a file in m, \"{millimetres}\" of one in mm)");
+        assert!(info.text.contains(&told), "{told}: {}", info.text);
+        assert_eq!(merge, format!("merge = \"{advised}\""), "{gap}");
+        workshop.write("deck.toml", &deck(&merge));
+        let said = workshop.estar(&["check", "deck.toml"]);
+        said.assert(0, &[]);
+        assert!(said.text.contains("4 nodes joined to others"), "{}", said.text);
+        assert!(!said.errors.contains("not connected"), "{}", said.errors);
+    }
+}
+
+#[test]
 fn a_merge_that_would_collapse_elements_is_refused_and_an_idle_one_is_told() {
     let workshop = Workshop::new();
     let coarse = two_boxes(&workshop, "merge = \"0.6 m\"");
@@ -338,7 +369,20 @@ fn numbers_of_another_unit_are_told_with_the_likely_one() {
                 quantity = \"displacement\"\ncurve = [[0, 0], [\"1 s\", 200]]\n";
     let scaled = |scale: &str| format!("file = \"box.msh\"\nscale = {scale}");
     let (same, tiny, milli) = (scaled("1.0"), scaled("1e-6"), scaled("1e-3"));
-    let cases: [(&str, &str, &[&str]); 12] = [
+    let large = scaled("1e3");
+    let fast =
+        "[[prescribed]]\ngroup = \"x_max\"\ndirection = \"x\"\nquantity = \"velocity\"\ncurve = [[0, -300e3]]\n[time]";
+    let cases: [(&str, &str, &[&str]); 14] = [
+        (
+            "[time]",
+            fast,
+            &["a prescribed velocity of 3e5 m/s is 82.88 times that of sound", "numbers without a unit are in m/s"],
+        ),
+        (
+            "file = \"box.msh\"",
+            &large,
+            &["the mesh is 1000 × 1000 × 1000 m large, 1000 times the size of the file", "1e-3 of mm"],
+        ),
         (
             "8930.0",
             "\"8.93 g/mm^3\"",

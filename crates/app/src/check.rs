@@ -66,6 +66,9 @@ struct Forecast {
     memory_left_bytes: Option<f64>,
     frames_expected: f64,
     output_bytes_at_most: f64,
+    /// Whether more steps, because they shrink, make more frames or rows.
+    #[serde(skip)]
+    grows_with_steps: bool,
     /// What to know of the elements that were chosen.
     notes: Vec<String>,
 }
@@ -203,6 +206,9 @@ fn forecast(session: &mut Session, memory_left: Option<u64>, lanes: LaneLevel) -
         memory_left_bytes: memory_left.map(|left| left as f64),
         frames_expected,
         output_bytes_at_most: frames_expected * bytes_of_frame(problem) + rows * bytes_of_row(problem),
+        grows_with_steps: [problem.output.frames, problem.output.history]
+            .iter()
+            .any(|interval| interval.count(end_time, 2.0 * steps_expected) > interval.count(end_time, steps_expected)),
         notes: notes(problem),
     }
 }
@@ -264,10 +270,11 @@ fn in_words(problem: &Problem, forecast: &Forecast) -> String {
     }
     let left = forecast.memory_left_bytes.map_or(String::new(), |left| format!(" of {} that are left", bytes(left)));
     let memory = bytes(forecast.memory_bytes);
+    let (about, at_most) = if forecast.grows_with_steps { ("about ", "about") } else { ("", "at most") };
     let _ = write!(
         text,
         "\n  steps      {} or more: steps shrink where elements are squeezed\n  memory     about {memory}{left}\n  \
-         output     {} frames, at most {} before compression\n  time       {} or more at {}element steps/s, timed on real steps",
+         output     {about}{} frames, {at_most} {} before compression\n  time       {} or more at {}element steps/s, timed on real steps",
         count(forecast.steps_expected),
         count(forecast.frames_expected),
         bytes(forecast.output_bytes_at_most),

@@ -33,7 +33,7 @@ pub struct PlotArguments {
     /// Field that colours the picture: any of the frames
     #[arg(long, value_name = "NAME", default_value = "equivalent_plastic_strain")]
     field: String,
-    /// Component of the field: x, y, z, xx, yy, zz, xy, yz or xz; the length of a vector unless given
+    /// Component of the field: x, y, z, xx, yy, zz, xy, yz or xz, which a tensor needs; the length of a vector unless given
     #[arg(long, value_name = "NAME")]
     component: Option<String>,
     /// Frame at or before this time, such as 20us or, in s, 2e-5; the last unless given
@@ -193,10 +193,13 @@ fn no_field(arguments: &PlotArguments, frame: &FrameContent) -> Failure {
 }
 
 fn part(arguments: &PlotArguments, frame: &FrameContent) -> Result<Part, Failure> {
-    let Some(name) = &arguments.component else { return Ok(Part::Magnitude) };
     let field = frame.node_fields.get(&arguments.field).or_else(|| frame.cell_fields.get(&arguments.field));
     let field = field.ok_or_else(|| no_field(arguments, frame))?;
     let names = Part::names(field.components);
+    let Some(name) = &arguments.component else {
+        // the length of a tensor is nothing that anybody asks for
+        return if names.contains(&"xx") { Err(no_component(arguments, names)) } else { Ok(Part::Magnitude) };
+    };
     let place = names.iter().position(|known| known == name);
     place.map(Part::Component).ok_or_else(|| {
         let help = match names {
@@ -205,6 +208,15 @@ fn part(arguments: &PlotArguments, frame: &FrameContent) -> Result<Part, Failure
         };
         Failure::Input(format!("error: the field `{}` has no component `{name}`\nhelp: {help}", arguments.field))
     })
+}
+
+fn no_component(arguments: &PlotArguments, names: &[&str]) -> Failure {
+    let field = &arguments.field;
+    let names = estar_deck::diagnostics::listed(names.iter().copied());
+    let scalars = if field == "cauchy_stress" { "; von_mises_stress and pressure are one number each" } else { "" };
+    Failure::Input(format!(
+        "error: the field `{field}` is a tensor: --component says which of its components\nhelp: they are {names}{scalars}"
+    ))
 }
 
 /// Room for the colour bar at the right, in pixels of a picture that is 900 high.

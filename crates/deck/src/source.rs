@@ -24,6 +24,15 @@ pub enum TextError {
         /// The file.
         path: PathBuf,
     },
+    /// It is a mesh.
+    #[error(
+        "{}: this is a mesh; `estar mesh info` tells what is in it, and a deck names it: `file` in [mesh] (`estar example` writes one)",
+        path.display()
+    )]
+    Mesh {
+        /// The file.
+        path: PathBuf,
+    },
     /// What is made of it does not fit into memory.
     #[error("{shortage}; {}", memory::HELP)]
     NoMemory {
@@ -57,6 +66,11 @@ pub fn read_text(path: &Path) -> Result<String, TextError> {
         std::io::ErrorKind::InvalidData => TextError::TooLarge { path: path.to_owned() },
         _ => unreadable(error),
     })?;
+    // no TOML and no table begins so
+    const OF_MESHES: [&[u8]; 5] = [b"$MeshFormat", b"*", b"# vtk DataFile", b"<?xml", b"<VTKFile"];
+    if OF_MESHES.iter().any(|beginning| bytes.starts_with(beginning)) {
+        return Err(TextError::Mesh { path: path.to_owned() });
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let bytes = error.as_bytes();

@@ -51,6 +51,11 @@ pub fn check_sizes(deck: &Deck, mesh: &Mesh, parts: &[Part], mesh_span: Span, di
         let help = "if the file is in metres already, leave out `scale` in [mesh]";
         diagnostics.push(Diagnostic::warning(message).at(mesh_span, "is it that small?").help(help));
     }
+    if scale > 1.0 && size > LARGE {
+        let message = format!("the mesh is {x} × {y} × {z} m large, {} times the size of the file", short(scale));
+        let help = "`scale` in [mesh] is the length in m of a unit of the file: 1e-3 of mm";
+        diagnostics.push(Diagnostic::warning(message).at(mesh_span, "is it that large?").help(help));
+    }
     for entry in &deck.initial_velocity {
         let speed = entry.value.map_or(0.0, |vector| vector.value.iter().map(|v| v * v).sum::<f64>().sqrt());
         if speed > MOST_MACH * sound && sound > 0.0 {
@@ -61,12 +66,27 @@ pub fn check_sizes(deck: &Deck, mesh: &Mesh, parts: &[Part], mesh_span: Span, di
         }
     }
     for entry in &deck.prescribed {
+        let Some(curve) = entry.motion.curve(deck.interpolation(entry.interpolation)) else { continue };
+        let times = || curve.times().into_iter().filter(|time| *time <= end).chain([end]);
+        let speed = match entry.motion.quantity() {
+            Quantity::Velocity => times().map(|time| curve.value(time).abs()).fold(0.0, f64::max),
+            Quantity::Acceleration => times().map(|time| curve.integral(time).abs()).fold(0.0, f64::max),
+            // one that outruns every wave is refused once the time step is known
+            Quantity::Displacement => 0.0,
+        };
+        if speed > MOST_MACH * sound && sound > 0.0 {
+            let message = format!(
+                "a prescribed velocity of {} m/s is {} times that of sound",
+                short(speed),
+                short(speed / sound)
+            );
+            let diagnostic = Diagnostic::warning(message).at(entry.span, "this motion");
+            diagnostics.push(diagnostic.help("numbers without a unit are in m/s; such as \"300 mm/s\" has one"));
+        }
         if entry.motion.quantity() != Quantity::Displacement {
             continue;
         }
-        let Some(curve) = entry.motion.curve(deck.interpolation(entry.interpolation)) else { continue };
-        let times = curve.times().into_iter().filter(|time| *time <= end).chain([end]);
-        let most = times.map(|time| curve.value(time).abs()).fold(0.0, f64::max);
+        let most = times().map(|time| curve.value(time).abs()).fold(0.0, f64::max);
         if most > MOST_DISPLACEMENT * size {
             let message =
                 format!("a displacement of {} m is {} times the size of the mesh", short(most), short(most / size));
