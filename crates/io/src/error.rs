@@ -230,13 +230,13 @@ pub enum Problem {
     #[error("\"{group}\" refers to {what} {label}, which the file does not have{hint}")]
     MissingMember {
         /// The set or surface.
-        group: String,
+        group: Box<str>,
         /// "node", "element" or "set".
         what: &'static str,
         /// The number or name.
-        label: String,
+        label: Box<str>,
         /// What it has instead, if something is near.
-        hint: String,
+        hint: Box<str>,
     },
     /// An element type that the format itself does not have, or that is beyond the usual ones.
     #[error(

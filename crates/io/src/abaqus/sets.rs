@@ -453,7 +453,7 @@ impl<'a> GroupMaker<'a> {
             .collect();
         let hint = if full.is_empty() { String::new() } else { format!("; it has {}", and_more(full)) };
         let (group, label) = (group.to_owned(), name.to_owned());
-        origin.fail(Problem::MissingMember { group, what, label, hint })
+        origin.fail(Problem::MissingMember { group: group.into(), what, label: label.into(), hint: hint.into() })
     }
 
     /// The element at a place, and its body.
@@ -708,7 +708,7 @@ fn labels_of(scope: &Scope, kind: SetKind) -> Vec<u64> {
 
 fn missing(group: &str, what: &'static str, label: &str, origin: Origin) -> Located {
     let (group, label, hint) = (group.to_owned(), label.to_owned(), String::new());
-    origin.fail(Problem::MissingMember { group, what, label, hint })
+    origin.fail(Problem::MissingMember { group: group.into(), what, label: label.into(), hint: hint.into() })
 }
 
 fn of_other_kind(group: &str, what: &str, name: &str, is: &str, origin: Origin) -> Located {
