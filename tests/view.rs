@@ -288,12 +288,17 @@ fn hostile_requests_neither_stop_the_page_nor_fill_the_memory() {
         let _ = stream.write_all(b"GET / HTTP/1.1\r\nX: ");
     }
     if cfg!(target_os = "linux") {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", viewer.process.id())).unwrap();
         let value = |name: &str| -> u64 {
+            let status = std::fs::read_to_string(format!("/proc/{}/status", viewer.process.id())).unwrap();
             let line = status.lines().find_map(|line| line.strip_prefix(name)).unwrap();
             line.split_whitespace().next().unwrap().parse().unwrap()
         };
-        assert!(value("Threads:") < 50, "{} threads", value("Threads:"));
+        // on a busy machine those that had to give way take a moment to end
+        let patience = Instant::now();
+        while value("Threads:") >= 50 {
+            assert!(patience.elapsed() < Duration::from_secs(3), "{} threads", value("Threads:"));
+            std::thread::sleep(Duration::from_millis(20));
+        }
         assert!(value("VmRSS:") < 200_000, "{} KiB", value("VmRSS:"));
     }
     // those that are slow are given up, and the page is there again although they never closed
