@@ -116,13 +116,6 @@ impl Curve {
         beginnings.map(change).fold((0.0, 0.0), |largest, next| if next.0 > largest.0 { next } else { largest })
     }
 
-    /// The largest change between two points that follow each other in less than a span of time (s), and the time of the first.
-    pub fn largest_rise(&self, span: f64) -> Option<(f64, f64)> {
-        let close = self.points.windows(2).filter(|pair| pair[1][0] - pair[0][0] < span);
-        let rises = close.map(|pair| ((pair[1][1] - pair[0][1]).abs(), pair[0][0]));
-        rises.max_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
     /// ∫ value from the first point's time to `time` (negative before it).
     fn integral_from_start(&self, time: f64) -> f64 {
         let first = self.points[0];
@@ -359,8 +352,6 @@ mod tests {
             let curve = Curve::new(vec![[0.0, 0.0], [1.0, 0.5], [1.0 + 1e-9, 2.0], [3.0, 2.0]], kind).unwrap();
             let (change, time) = curve.largest_change(1e-3);
             assert!(change >= 1.5 && (0.998..1.001).contains(&time), "{kind:?}: {change} {time}");
-            assert_eq!(curve.largest_rise(1e-3), Some((1.5, 1.0)));
-            assert_eq!(curve.largest_rise(1e-12), None);
             let steady = Curve::new(vec![[0.0, 0.0], [1.0, 0.5]], kind).unwrap().largest_change(1e-3).0;
             let peak = if kind == Interpolation::Linear { 1.0 } else { 1.875 };
             assert!((steady / 0.5e-3 - peak).abs() < 1e-4, "{kind:?}: {steady}");
